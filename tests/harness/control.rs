@@ -4,7 +4,7 @@ use super::case::{CompositionCase, Deviation, Runs, raise};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use std::sync::Arc;
-use vi_constraints::design::{Costates, Design};
+use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::linearization::{Costate, Tangent};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_control::momentum::TerminalMomentum;
@@ -816,18 +816,18 @@ impl Design for WithoutRows<'_> {
     fn add_tangent(
         &self,
         k: usize,
-        s: &Interval,
+        at: Place<'_>,
         impulse: &[f64],
         minus: &mut [f64],
         plus: &mut [f64],
         rows: &mut [f64],
     ) {
-        self.inner.add_tangent(k, s, impulse, minus, plus, rows);
+        self.inner.add_tangent(k, at, impulse, minus, plus, rows);
     }
-    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]) {
+    fn add_adjoint(&self, at: Place<'_>, impulse: &[f64], costates: Costates<'_>, out: &mut [f64]) {
         let none = vec![0.0; costates.rows.len()];
         let rows = if self.wanted { &none } else { costates.rows };
-        self.inner.add_adjoint(s, impulse, Costates { rows, ..costates }, out);
+        self.inner.add_adjoint(at, impulse, Costates { rows, ..costates }, out);
     }
     fn sums(&self) -> usize {
         self.inner.sums()

@@ -149,7 +149,7 @@ pub(crate) fn check_form(name: &str, run: &mut MechanismIntegrator, s: usize, mo
     let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
     let before = tangents.form();
     let m = holonom::vi_constraints::Constraints::len(&constraints);
-    let mut map = GalerkinTangent::new(m, &rows, Stages::new(s).unwrap(), &state).unwrap();
+    let mut map = GalerkinTangent::new(m, &rows, Stages::new(s).unwrap(), &state);
     for _ in 0..4 {
         run.step_with(&mut |system, constraints, step| {
             map.push(system, constraints, step, &mut tangents).unwrap();
@@ -171,7 +171,7 @@ fn the_tangent_is_that_of_the_step() {
     let mut tangents = Tangents::canonical(&constraints, &rows, state.configuration());
     let start = tangents.clone();
     let m = holonom::vi_constraints::Constraints::len(&constraints);
-    let mut map = GalerkinTangent::new(m, &rows, Stages::new(3).unwrap(), &state).unwrap();
+    let mut map = GalerkinTangent::new(m, &rows, Stages::new(3).unwrap(), &state);
     run.step_with(&mut |system, constraints, step| {
         map.push(system, constraints, step, &mut tangents).unwrap();
     })

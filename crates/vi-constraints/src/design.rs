@@ -5,9 +5,45 @@
 //! b_θ = (D_1 L_d + f_d^-)_θ − (Gᵀ h λ_n)_θ          g_θ(q_{n+1})      (D_2 L_d + f_d^+)_θ
 //! ```
 //! Subscripts `θ` are partial derivatives with `(q_n, p̄_n, q_{n+1}, λ_n)` held. `μ`, `b'`, `σ`:
-//! costates of a step.
+//! costates of a step. A Galerkin step has such equations at each of its Gauss nodes and between
+//! neighbouring control points ([`Place`]).
 
 use vi_core::Interval;
+
+/// Where equations of a step are evaluated, and which.
+#[derive(Clone, Copy, Debug)]
+pub enum Place<'a> {
+    /// A step `(q_n, q_{n+1})`: all of them.
+    Step(&'a Interval),
+    /// A Gauss node of a Galerkin step: `D_1 L_d + f_d^-` and `D_2 L_d + f_d^+` of a step whose
+    /// ends have come together, `∓M V + (h/2)(f − ∇V)(t, Q, V)`. Both ends of the interval and its
+    /// middle are `Q`, its velocity is `V`, its middle in time is `t`.
+    Gauss(&'a Interval),
+    /// Neighbouring control points `(q_i, q_{i+1})` of a Galerkin step: constraints alone.
+    Points(&'a Interval),
+}
+
+impl<'a> Place<'a> {
+    /// The interval.
+    #[must_use]
+    pub fn interval(self) -> &'a Interval {
+        match self {
+            Self::Step(s) | Self::Gauss(s) | Self::Points(s) => s,
+        }
+    }
+
+    /// Whether inertia, potentials and forces count.
+    #[must_use]
+    pub fn has_forces(self) -> bool {
+        !matches!(self, Self::Points(_))
+    }
+
+    /// Whether constraints count.
+    #[must_use]
+    pub fn has_rows(self) -> bool {
+        !matches!(self, Self::Gauss(_))
+    }
+}
 
 /// Explicit derivatives of the equations of a step by parameters, at fixed
 /// `(q_n, p̄_n, q_{n+1}, λ_n)`.
@@ -21,11 +57,11 @@ pub trait Design {
     }
 
     /// Along parameter `k`: `minus += b_θ` and `plus += (D_2 L_d + f_d^+)_θ`, shape `n`;
-    /// `rows += g_θ(q_{n+1})`, shape `m`. `impulse`: `h λ_n`, shape `m`.
+    /// `rows += g_θ(q_{n+1})`, shape `m`. `impulse`: `h λ_n`, shape `m`, where constraints count.
     fn add_tangent(
         &self,
         k: usize,
-        s: &Interval,
+        at: Place<'_>,
         impulse: &[f64],
         minus: &mut [f64],
         plus: &mut [f64],
@@ -42,7 +78,7 @@ pub trait Design {
 
     /// Adds those of a step. Where each parameter has its own, `sums_k += plus·b' − minus·μ −
     /// rows·σ` with what [`Design::add_tangent`] adds.
-    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]);
+    fn add_adjoint(&self, at: Place<'_>, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]);
 
     /// Adds what internal variables add to those of a step: where each parameter has its own,
     /// `sums_k += ζ_θ·y'`; `y'`: their costates at its end.

@@ -20,13 +20,14 @@ use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
 use crate::objective::{Objective, StepGradient};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::{CostateSweep, Tangents};
-use vi_constraints::design::Design;
-use vi_constraints::linearization::{Costate, Sources, StepLinearization};
+use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::design::{Design, Place};
+use vi_constraints::linearization::{Costate, Sources};
 use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::{DiscreteLagrangian, NoStepSlope};
-use vi_core::interval::{Interval, Slot, StepChange};
+use vi_core::galerkin::Stages;
+use vi_core::interval::{Slot, StepChange};
 use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::state::State;
@@ -119,9 +120,6 @@ where
     if run.nonsmooth().is_some() {
         return refused("contacts, joint stops or dry friction");
     }
-    if run.method().stages().is_some() {
-        return refused("Galerkin steps");
-    }
     if run.constraints().constrains_velocities() {
         return refused("rolling or other constraints on velocities");
     }
@@ -144,14 +142,15 @@ impl Gradient {
         check(run)?;
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
+        let stages = run.method().stages().map_or(1, Stages::count);
         let sizes = Sizes {
             state: size_of::<f64>() * 13 * n,
-            step: Tape::size(n, state.angles.len(), state.internal.len()),
+            step: Tape::size(n, stages, state.angles.len(), state.internal.len()),
         };
         let levels = levels(task.checkpoints, task.steps, sizes);
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = if moves { Tangents::OfBodies } else { Tangents::OfMechanism };
-        let general = || Box::new(StepLinearization::new(n, m, run.rows())) as _;
+        let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as _;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
@@ -260,7 +259,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                     found.value += objective.of_step(taken.s, w);
                 }
                 if step == last {
-                    costates.momentum(system, taken.s, p);
+                    costates.momentum(system, taken.points(), p);
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
@@ -285,8 +284,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 if *first {
                     found.value += objective.of_step(taken.s, w);
                 }
-                tape.push(step, taken.s, p);
-                costates.momentum(system, taken.s, p);
+                tape.push(step, taken.points(), p);
+                costates.momentum(system, taken.points(), p);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         }
@@ -303,7 +302,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         self.task.objective.add_of_end(state, &mut costate.q, &mut costate.p);
         self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
         if let Some(last) = self.tape.len().checked_sub(1) {
-            self.costates.hold(run.system(), self.tape.at(last).s, costate);
+            self.costates.hold(run.system(), self.tape.at(last).points, costate);
         }
     }
 
@@ -313,7 +312,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let (system, constraints) = (run.system(), run.constraints());
         let Self { costates, costate, of_step, sources, sums, tape, found, .. } = self;
         for k in (0..tape.len()).rev() {
-            let Taken { step, s, p } = tape.at(k);
+            let Taken { step, points, p } = tape.at(k);
+            let s = points.last().expect("a step has an end");
             let singular = |_: Singular| GradientError::Singular { step: step + 1 };
             controls.set(step);
             of_step.clear();
@@ -322,27 +322,40 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
                 design.add_internal_adjoint(s, &costate.z, sums);
             }
-            costates.pull(system, constraints, s, p, costate).map_err(singular)?;
+            costates.pull(system, constraints, points, p, costate).map_err(singular)?;
             add(&of_step.start, &mut costate.q);
-            let (impulse, costates) = (costates.impulse(), costates.costates());
-            if let Some(place) = controls.place(step) {
-                let own = found.controls[place].iter_mut().zip(&of_step.controls);
-                for ((gradient, of_step), force) in own.zip(controls.forces()) {
-                    *gradient += of_step + force.along(s, Slot::Second, costates.momentum)
-                        - force.along(s, Slot::First, costates.step); // [2.39]
-                }
+            let place = controls.place(step);
+            if let Some(place) = place {
+                add(&of_step.controls, &mut found.controls[place]);
             }
-            if let Some(design) = design {
+            if design.is_some() {
                 objective.add_parameters_of_step(s, controls.at(step), &mut found.parameters);
-                design.add_adjoint(s, impulse, costates, sums); // [2.40]
             }
             if by_step {
-                let since = s.t - self.start;
-                step_sources(system, constraints, (s, since), impulse, sources)?;
-                let Sources { minus, plus, .. } = &*sources;
-                let along = dot(plus, costates.momentum) - dot(minus, costates.step);
-                self.by_step += along + s.h * of_step.step;
+                self.by_step += s.h * of_step.step;
             }
+            let (mut along, mut refused) = (0.0, None);
+            costates.for_each_part(points, &mut |at, impulse, costates| {
+                if let Some(place) = place.filter(|_| at.has_forces()) {
+                    let own = found.controls[place].iter_mut().zip(controls.forces());
+                    for (gradient, force) in own {
+                        *gradient += force.along(at.interval(), Slot::Second, costates.momentum)
+                            - force.along(at.interval(), Slot::First, costates.step); // [2.39]
+                    }
+                }
+                if let Some(design) = design {
+                    design.add_adjoint(at, impulse, costates, sums); // [2.40]
+                }
+                if by_step {
+                    let since = s.t - self.start;
+                    let slopes = step_sources(system, constraints, (at, since), impulse, sources);
+                    refused = slopes.err().or(refused.take());
+                    let Sources { minus, plus, .. } = &*sources;
+                    along += dot(plus, costates.momentum) - dot(minus, costates.step);
+                }
+            });
+            refused.map_or(Ok(()), Err)?;
+            self.by_step += along;
         }
         Ok(())
     }
@@ -357,10 +370,13 @@ fn add(x: &[f64], to: &mut [f64]) {
 pub(crate) fn step_sources(
     system: &impl DiscreteLagrangian,
     constraints: &impl Constraints,
-    (s, since): (&Interval, f64),
+    (at, since): (Place<'_>, f64),
     impulse: &[f64],
     out: &mut Sources,
 ) -> Result<(), GradientError> {
+    let Place::Step(s) = at else {
+        return Err(NoStepSlope { what: "a Galerkin step".into() }.into());
+    };
     if constraints.is_rheonomic() {
         let what = "a prescribed motion".into();
         return Err(NoStepSlope { what }.into());

@@ -14,11 +14,13 @@
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, step_sources};
 use crate::objective::{Objective, StepGradient};
+use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
-use vi_constraints::linearization::{LinearizationError, Sources, StepLinearization, Tangent};
+use vi_constraints::discretization::Step;
+use vi_constraints::linearization::{LinearizationError, Sources, Tangent};
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
-use vi_core::interval::{Interval, Slot};
+use vi_core::interval::Slot;
 use vi_core::linear::dot;
 use vi_core::state::State;
 
@@ -63,7 +65,7 @@ pub struct Sensitivities {
     rates: Vec<f64>, // of the cost
     growth: Vec<Growth>,
     sizes: Vec<f64>, // |δq_0|
-    linearization: StepLinearization,
+    linearization: Linearization,
     sources: Sources,
     of_step: StepGradient,
     of_parameters: Vec<f64>, // explicit derivatives of the cost
@@ -115,7 +117,7 @@ impl Sensitivities {
             growth: vec![Growth { largest: 1.0, meaningless_from: None }; directions.len()],
             sizes: directions.iter().map(|own| norm(&own.start.q)).collect(),
             directions,
-            linearization: StepLinearization::new(n, m, run.rows()),
+            linearization: Linearization::new(run.method(), (n, m), run.rows()),
             sources: Sources::zero(n, m),
             of_step: StepGradient::zero(n, controls.unwrap_or(0)),
             of_parameters: vec![0.0; parameters.map_or(0, |last| last + 1)],
@@ -145,7 +147,7 @@ impl Sensitivities {
         let mut pushed = Ok(());
         let taken = run.step_with(&mut |system, constraints, taken| {
             if pushed.is_ok() {
-                pushed = self.push(system, constraints, taken.s, beside);
+                pushed = self.push(system, constraints, taken, beside);
             }
         });
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
@@ -167,16 +169,17 @@ impl Sensitivities {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        s: &Interval,
+        taken: Step<'_>,
         Beside { controls, design, objective }: Beside<'_>,
     ) -> Result<(), GradientError> {
-        let step = self.step;
+        let (step, s, points) = (self.step, taken.s, taken.points());
         let Self { linearization, sources, of_step, p, .. } = self;
         let failed = |error: LinearizationError| match error {
             LinearizationError::Opens { row, .. } => GradientError::Opens { step: step + 1, row },
             _ => GradientError::Singular { step: step + 1 },
         };
-        linearization.linearize(system, constraints, s, p).map_err(|error| failed(error.into()))?;
+        let found = linearization.linearize(system, constraints, points, p);
+        found.map_err(|error| failed(error.into()))?;
         let w = controls.at(step);
         of_step.controls.resize(w.len(), 0.0);
         of_step.clear();
@@ -185,38 +188,43 @@ impl Sensitivities {
             let tangent = &mut self.tangents[k];
             let rate = &mut self.rates[k];
             *rate += dot(&of_step.start, &tangent.q);
-            sources.clear();
             if direction.step {
-                let since = s.t - self.start;
-                let impulse = linearization.impulse();
-                step_sources(system, constraints, (s, since), impulse, sources)?;
-                let Sources { minus, plus, rows } = sources;
-                let all = minus.iter_mut().chain(plus).chain(rows);
-                all.for_each(|x| *x /= self.length); // per unit of a macro step
                 *rate += s.h / self.length * of_step.step;
             }
             let place = controls.place(step);
-            if let Some(rates) = place.and_then(|place| direction.controls.get(place)) {
-                for ((force, dw), of_step) in
-                    controls.forces().iter().zip(rates).zip(&of_step.controls)
-                {
-                    force.add(s, Slot::First, *dw, &mut sources.minus);
-                    force.add(s, Slot::Second, *dw, &mut sources.plus);
-                    *rate += dw * of_step;
+            let rates = place.and_then(|place| direction.controls.get(place));
+            let rates = rates.map_or(&[][..], Vec::as_slice);
+            *rate += dot(rates, &of_step.controls[..rates.len()]);
+            linearization.clear_sources();
+            for part in 0..linearization.parts() {
+                sources.clear();
+                let (at, impulse) = linearization.part(points, part);
+                if direction.step {
+                    let since = s.t - self.start;
+                    step_sources(system, constraints, (at, since), impulse, sources)?;
+                    let Sources { minus, plus, rows } = sources;
+                    let all = minus.iter_mut().chain(plus).chain(rows);
+                    all.for_each(|x| *x /= self.length); // per unit of a macro step
                 }
+                let acting = rates.iter().filter(|_| at.has_forces());
+                for (dw, force) in acting.zip(controls.forces()) {
+                    force.add(at.interval(), Slot::First, *dw, &mut sources.minus);
+                    force.add(at.interval(), Slot::Second, *dw, &mut sources.plus);
+                }
+                if let (Some(design), Some(parameter)) = (design, direction.parameter) {
+                    let Sources { minus, plus, rows } = sources;
+                    design.add_tangent(parameter, at, impulse, minus, plus, rows);
+                }
+                linearization.add_sources(part, sources);
             }
-            if let (Some(design), Some(parameter)) = (design, direction.parameter) {
-                let Sources { minus, plus, rows } = sources;
-                design.add_tangent(parameter, s, linearization.impulse(), minus, plus, rows);
-            }
-            linearization.push(system, constraints, s, sources, tangent).map_err(failed)?;
+            linearization.push(system, constraints, points, tangent).map_err(failed)?;
             if let (Some(design), Some(parameter)) = (design, direction.parameter) {
                 design.add_internal(parameter, s, &mut tangent.z);
             }
             *rate += dot(&of_step.end, &tangent.q);
         }
         objective.add_parameters_of_step(s, w, &mut self.of_parameters);
-        system.forced_d2(s, p); // p̄ of the next sub-step
+        linearization.momentum_at_end(system, points, p); // p̄ of the next sub-step
         Ok(())
     }
 

@@ -14,6 +14,7 @@ mod defects;
 mod designs;
 mod duality;
 mod fits;
+mod galerkin;
 mod gradients;
 mod identifications;
 mod optima;

@@ -3,8 +3,9 @@
 
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
-use vi_constraints::costate_sweep::{CostateSweep, Tangents};
-use vi_constraints::linearization::{Costate, StepLinearization};
+use std::slice::from_ref;
+use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::linearization::Costate;
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::linear::norm_inf;
 use vi_core::{Composition, Interval, SeparableSystem};
@@ -103,16 +104,18 @@ fn back(
     let mut momenta = vec![p.to_vec()];
     for s in steps {
         let mut next = p.to_vec();
-        sweep.momentum(system, s, &mut next);
+        sweep.momentum(system, from_ref(s), &mut next);
         momenta.push(next);
     }
-    sweep.hold(system, steps.last().unwrap(), &mut costate);
+    sweep.hold(system, &steps[steps.len() - 1..], &mut costate);
     let (mut mu, mut rows) = (Vec::new(), Vec::new());
     for (s, p) in steps.iter().zip(&momenta).rev() {
-        sweep.pull(system, mechanism, s, p, &mut costate).unwrap();
-        mu.push(sweep.costates().step.to_vec());
+        sweep.pull(system, mechanism, from_ref(s), p, &mut costate).unwrap();
         let between = |of: &[f64]| of[mechanism.len_internal()..].to_vec();
-        rows.push([sweep.costates().rows, sweep.impulse()].map(between));
+        sweep.for_each_part(from_ref(s), &mut |_, impulse, costates| {
+            mu.push(costates.step.to_vec());
+            rows.push([costates.rows, impulse].map(between));
+        });
     }
     if along == Tangents::OfBodies {
         return Found { a: costate.q, b: costate.p, mu, rows };
@@ -150,7 +153,7 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let end = Costate { q: random(), p: random(), z: Vec::new() };
     let mut worst = 0.0_f64;
     for (along, mut sweep) in sweeps {
-        let mut general = StepLinearization::new(n, m, run.rows());
+        let mut general = Linearization::new(run.method(), (n, m), run.rows());
         let ours = back(run, &mut *sweep, (&taken, &p), end.clone(), along);
         let other = back(run, &mut general, (&taken, &p), end.clone(), along);
         let off = [(&ours.a, &other.a), (&ours.b, &other.b)].map(|(x, y)| apart(x, y));

@@ -10,16 +10,21 @@ use vi_core::{Composition, MechanicalSystem};
 use vi_multibody::run::MechanismIntegrator;
 use vi_testkit::Sample;
 
-const SUBJECTS: [fn() -> Subject; 5] = [pendulum, conservative, spatial, four_bar, remembering];
+pub(crate) const SUBJECTS: [fn() -> Subject; 5] =
+    [pendulum, conservative, spatial, four_bar, remembering];
 const STEPS: usize = 20;
 
-fn task<'a>(objective: &'a Objective, controls: &'a Controls) -> Task<'a> {
+pub(crate) fn task<'a>(objective: &'a Objective, controls: &'a Controls) -> Task<'a> {
     let checkpoints = Checkpoints::All;
     Task { steps: STEPS, objective, controls, design: None, by_step: false, checkpoints }
 }
 
 /// A start that moves with a change of all momenta, and of internal variables.
-fn direction(run: &MechanismIntegrator, controls: &Controls, sample: &mut Sample) -> Direction {
+pub(crate) fn direction(
+    run: &MechanismIntegrator,
+    controls: &Controls,
+    sample: &mut Sample,
+) -> Direction {
     let state = run.state();
     let mut start = Tangent::zero(state.q.len(), state.internal.len());
     let v: Vec<f64> = state.q.iter().map(|_| sample.number()).collect();
@@ -30,7 +35,7 @@ fn direction(run: &MechanismIntegrator, controls: &Controls, sample: &mut Sample
 }
 
 /// `dJ` along a direction by the gradient, with the sum of the sizes of its terms.
-fn along(gradient: &Gradient, direction: &Direction) -> (f64, f64) {
+pub(crate) fn along(gradient: &Gradient, direction: &Direction) -> (f64, f64) {
     let Direction { start, controls, .. } = direction;
     let mut terms = vec![
         dot(&gradient.initial.q, &start.q),
@@ -83,7 +88,7 @@ fn backward_agrees_with_forward_in_all_schemes() {
 }
 
 /// The cost of a run from the present state, with its controls at each step.
-fn cost(
+pub(crate) fn cost(
     run: &mut MechanismIntegrator,
     objective: &Objective,
     controls: &Controls,

@@ -176,11 +176,20 @@ pub(crate) fn remembering() -> Subject {
     Subject { name: "memory", built: builder.build().unwrap(), controlled: efforts }
 }
 
-/// A run of a subject with controls over so many macro steps.
+/// A run of a subject with controls over so many macro steps of 0.02 s.
 pub(crate) fn run(
-    mut subject: Subject,
+    subject: Subject,
     scheme: SchemeKind,
     composition: Composition,
+    steps: usize,
+) -> (MechanismIntegrator, Controls, Objective) {
+    run_with(subject, Options::new(scheme, 0.02).composition(composition), steps)
+}
+
+/// The same with these options.
+pub(crate) fn run_with(
+    mut subject: Subject,
+    options: Options,
     steps: usize,
 ) -> (MechanismIntegrator, Controls, Objective) {
     let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
@@ -201,6 +210,5 @@ pub(crate) fn run(
     let count = forces.len();
     let values = (0..steps).map(|n| (0..count).map(|k| value(n, k)).collect());
     let controls = Controls::new(forces, values.collect(), 1);
-    let options = Options::new(scheme, 0.02).composition(composition);
     (subject.built.integrator(options).unwrap(), controls, objective)
 }

@@ -19,6 +19,7 @@
 //! a step turns a joint by less than `π`.
 
 use crate::configuration::Configuration;
+use crate::galerkin::GaussPoint;
 use crate::lanes::Lanes;
 use serde::{Deserialize, Serialize};
 
@@ -232,6 +233,25 @@ impl Interval {
         self.internal.clone_from(&other.internal);
         self.derived.is_current = false;
         self.compensation.copy_from_slice(&other.compensation);
+    }
+
+    /// Becomes a step of the same length, angles and coordinates as `other` whose ends have come
+    /// together at a Gauss node of it: both ends and the middle are `Q_k`, the velocity is `V_k`.
+    pub fn gather_at(&mut self, node: &GaussPoint, other: &Self) {
+        let h = other.h;
+        (self.t, self.h, self.t_rounding) = (node.t - 0.5 * h, h, 0.0);
+        for q in [&mut self.q0, &mut self.q1, &mut self.q_mid] {
+            q.copy_from_slice(&node.q);
+        }
+        self.v_mid.copy_from_slice(&node.v);
+        self.dq.iter_mut().zip(&node.v).for_each(|(dq, v)| *dq = h * v);
+        let Configuration { angles, internal, .. } = node.place(other);
+        self.angles.clear();
+        self.angles.extend_from_slice(angles);
+        self.internal.clear();
+        self.internal.extend_from_slice(internal);
+        self.derived.is_current = false;
+        self.compensation.fill(0.0);
     }
 
     /// Becomes what a step of more coordinates is for those from `first` on; allocates nothing but

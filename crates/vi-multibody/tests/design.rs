@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use std::sync::Arc;
-use vi_constraints::design::{Costates, Design};
+use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::force::MidpointForce;
@@ -423,11 +423,11 @@ fn numbers_of_random_mechanisms_have_their_derivatives() {
             let mass = built.0.mass(|_| {});
             let design = MechanismDesign::new(&built.0, &built.1, &mass, quadrature, &all).unwrap();
             let (mut sums, mut adjoint) = (vec![0.0; design.sums()], vec![0.0; list.len()]);
-            design.add_adjoint(&s, &impulse, costates, &mut sums);
+            design.add_adjoint(Place::Step(&s), &impulse, costates, &mut sums);
             design.add_gradient(&sums, &mut adjoint);
             for (k, (name, tangent, element)) in list.iter().enumerate() {
                 let (mut minus, mut plus, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
-                design.add_tangent(k, &s, &impulse, &mut minus, &mut plus, &mut rows);
+                design.add_tangent(k, Place::Step(&s), &impulse, &mut minus, &mut plus, &mut rows);
                 let weighed = dot(&plus, &momentum) - dot(&minus, &mu) - dot(&rows, &sigma);
                 assert!((weighed - adjoint[k]).abs() < 1e-11 * weighed.abs().max(1.0), "{name}");
                 let exact = DVector::from_vec([minus, plus, rows].concat());
@@ -692,7 +692,14 @@ fn an_effort_along_a_slider_changes_with_its_anchors() {
     .unwrap();
     let (mut minus, mut plus, mut rows) =
         (vec![0.0; 12], vec![0.0; 12], vec![0.0; built.mechanism.len()]);
-    design.add_tangent(0, &s, &vec![0.0; built.mechanism.len()], &mut minus, &mut plus, &mut rows);
+    design.add_tangent(
+        0,
+        Place::Step(&s),
+        &vec![0.0; built.mechanism.len()],
+        &mut minus,
+        &mut plus,
+        &mut rows,
+    );
     assert!((minus[5] - 0.5 * 0.1 * 3.0).abs() < 1e-15, "{minus:?}"); // d_1 along z
     assert!(design.moves_constraints());
 }

@@ -102,9 +102,10 @@ impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
         let m = constraints.len();
         self.tangent = match run.method().stages() {
             None => Some(VariationalTangent::Second(Box::new(TangentMap::new(m, rows, &state.p)))),
-            Some(stages) => GalerkinTangent::new(m, rows, stages, state)
-                .ok()
-                .map(|tangent| VariationalTangent::Galerkin(Box::new(tangent))),
+            Some(stages) => {
+                let tangent = GalerkinTangent::new(m, rows, stages, state);
+                Some(VariationalTangent::Galerkin(Box::new(tangent)))
+            }
         };
         Tangents::canonical(constraints, rows, state.configuration())
     }

@@ -37,6 +37,14 @@ impl Chain<'_> {
         }
         let dynamics = &self.system.dynamics;
         let settings = &self.model.settings;
+        if let Some(Method::Galerkin(_)) = settings.method() {
+            let what = format!(
+                "the derivative by `{}` of a section in Galerkin steps",
+                self.formulas.name()
+            );
+            let help = format!("write simulation.high_order = \"composition\", or {LEAVE_OUT}");
+            return Err(refused("beam", what, help));
+        }
         let longest = if settings.order > 2 { LONGEST * settings.step } else { settings.step };
         let by = StepRule { strains: dynamics.rule, quadrature: dynamics.quadrature, longest };
         let q = self.system.mechanism.initial_configuration();

@@ -7,7 +7,7 @@ use holonom_model::{ModelError, ModelText, Override};
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;
 use vi_constraints::Constraints;
-use vi_constraints::design::Design;
+use vi_constraints::design::{Design, Place};
 use vi_core::{DiscreteLagrangian, Interval};
 use vi_multibody::design::MechanismDesign;
 use vi_testkit::Sample;
@@ -71,7 +71,7 @@ fn every_number_of_a_model_changes_as_it_is_assembled() {
     let design = MechanismDesign::new(&own.mechanism, forces, &mass, quadrature, &numbers).unwrap();
     for (k, tangent) in all.iter().enumerate() {
         let (mut minus, mut plus, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
-        design.add_tangent(k, &s, &impulse, &mut minus, &mut plus, &mut rows);
+        design.add_tangent(k, Place::Step(&s), &impulse, &mut minus, &mut plus, &mut rows);
         let exact = DVector::from_vec([minus, plus, rows, tangent.q.clone()].concat());
         let of = |e: f64| equations(&system(&text, &tangent.name, tangent.value + e), &s, &impulse);
         let differences = difference(of, tangent.value.abs());

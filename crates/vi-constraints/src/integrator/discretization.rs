@@ -40,6 +40,13 @@ impl<'a> Step<'a> {
         Self { s, gauss: &[], polynomial: None, multipliers }
     }
 
+    /// The step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step: the last is the step, of the
+    /// others increments count.
+    #[must_use]
+    pub fn points(&self) -> &'a [Interval] {
+        self.polynomial.map_or(std::slice::from_ref(self.s), |polynomial| polynomial.points)
+    }
+
     /// `E_d = −∂L_d/∂h` (52), J: of Galerkin schemes `Σ_k b_k [½ V_kᵀ M V_k + V(Q_k)]` [2.32], and
     /// `U_d` of interpolated strains.
     #[must_use]

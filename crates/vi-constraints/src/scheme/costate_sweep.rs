@@ -1,29 +1,33 @@
 //! Costates pulled back over the steps of a motion, by whatever solves with the transposed matrix.
 //!
 //! ```text
-//! a_n = dJ/dq_n,   b_n = dJ/dp̄_n           from those of n + 1, step by step [2.38]
+//! a_n = dJ/dq_n,   b_n = dJ/dp̄_n           from those of n + 1, step by step [2.38], [2.53]
 //! ```
-//! [`StepLinearization`] solves with the saddle-point matrix of any constraints. What knows the
+//! [`Linearization`] solves with the saddle-point matrix of any constraints. What knows the
 //! structure of a mechanism may hold another momentum `p̃_n` than `p̄_n` while `q_n` is varied: one
 //! without what acts along unknowns of a step, as long as it is held at every node but the first,
 //! where the two are one.
 
 use crate::constraints::Constraints;
-use crate::design::Costates;
-use crate::linearization::{Costate, StepLinearization};
+use crate::design::{Costates, Place};
+use crate::galerkin::GalerkinLinearization;
+use crate::integrator::Method;
+use crate::linearization::{Costate, LinearizationError, Sources, StepLinearization, Tangent};
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 
-/// Pulls costates back.
+/// Pulls costates back. `points`: the step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step,
+/// of which the last is the step.
 pub trait CostateSweep<S, C> {
-    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step, shape `n`.
-    fn momentum(&self, system: &S, s: &Interval, out: &mut [f64]);
+    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step from `p̃_n` in `out`, shape
+    /// `n`.
+    fn momentum(&mut self, system: &S, points: &[Interval], out: &mut [f64]);
 
-    /// Makes `a`, the derivative by `q_N` with `p̄_N` held, one with `p̃_N` held; `s`: the last
+    /// Makes `a`, the derivative by `q_N` with `p̄_N` held, one with `p̃_N` held, after the last
     /// step.
-    fn hold(&mut self, system: &S, s: &Interval, costate: &mut Costate);
+    fn hold(&mut self, system: &S, points: &[Interval], costate: &mut Costate);
 
     /// Replaces the costate at the end of the step, derivatives by `q_{n+1}` included that only
     /// this step has, by that at its start; `p`: `p̃_n`. `a` along [`Tangents`].
@@ -34,17 +38,18 @@ pub trait CostateSweep<S, C> {
         &mut self,
         system: &S,
         constraints: &C,
-        s: &Interval,
+        points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular>;
 
-    /// The costates of the last step; those of rows count with [`Tangents::OfBodies`].
-    fn costates(&self) -> Costates<'_>;
-
-    /// `h λ` of the last step, shape `m`; it counts with [`Tangents::OfBodies`].
-    fn impulse(&self) -> &[f64];
+    /// Visits the parts of the equations of the last step with `h λ`, shape `m`, and costates; both
+    /// of rows count with [`Tangents::OfBodies`].
+    fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>);
 }
+
+/// Takes a part of the equations of a step, impulses of its constraints, and costates.
+pub type PartVisitor<'a> = dyn FnMut(Place<'_>, &[f64], Costates<'_>) + 'a;
 
 /// Makes the sweep of a mechanism with these independent constraints; `None` where its structure
 /// offers none that is faster.
@@ -61,30 +66,160 @@ pub enum Tangents {
     OfBodies,
 }
 
-impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for StepLinearization {
-    fn momentum(&self, system: &S, s: &Interval, out: &mut [f64]) {
-        system.forced_d2(s, out);
+/// The linearized steps of a method: forward with sources, and backward.
+#[derive(Debug)]
+pub enum Linearization {
+    /// Of the four schemes of order 2 and their compositions, with the sources of a step.
+    Step(Box<StepLinearization>, Sources),
+    /// Of Galerkin schemes.
+    Galerkin(Box<GalerkinLinearization>),
+}
+
+impl Linearization {
+    /// For `n` coordinates and an independent set of `m` constraints.
+    #[must_use]
+    pub fn new(method: Method, (n, m): (usize, usize), rows: &IndependentRows) -> Self {
+        match method.stages() {
+            None => {
+                let step = StepLinearization::new(n, m, rows);
+                Self::Step(Box::new(step), Sources::zero(n, m))
+            }
+            Some(stages) => {
+                Self::Galerkin(Box::new(GalerkinLinearization::new(n, m, rows, stages)))
+            }
+        }
     }
 
-    fn hold(&mut self, _: &S, _: &Interval, _: &mut Costate) {}
+    /// Factorizes the matrix of a step from the momentum `p̄`.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn linearize(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        points: &[Interval],
+        p: &[f64],
+    ) -> Result<(), Singular> {
+        match self {
+            Self::Step(step, _) => step.linearize(system, constraints, last(points), p),
+            Self::Galerkin(step) => step.linearize(system, constraints, points, p),
+        }
+    }
+
+    /// `p ← p̄_{n+1}` of the step that was linearized.
+    pub fn momentum_at_end(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        points: &[Interval],
+        p: &mut [f64],
+    ) {
+        match self {
+            Self::Step(..) => system.forced_d2(last(points), p),
+            Self::Galerkin(step) => step.momentum(system, p),
+        }
+    }
+
+    /// How many parts its equations have.
+    #[must_use]
+    pub fn parts(&self) -> usize {
+        match self {
+            Self::Step(..) => 1,
+            Self::Galerkin(step) => step.parts(),
+        }
+    }
+
+    /// A part with the impulses of its constraints.
+    #[must_use]
+    pub fn part<'a>(&'a self, points: &'a [Interval], k: usize) -> (Place<'a>, &'a [f64]) {
+        match self {
+            Self::Step(step, _) => (Place::Step(last(points)), step.impulse()),
+            Self::Galerkin(step) => step.part(k),
+        }
+    }
+
+    /// No sources from now on.
+    pub fn clear_sources(&mut self) {
+        match self {
+            Self::Step(_, sources) => sources.clear(),
+            Self::Galerkin(step) => step.clear_sources(),
+        }
+    }
+
+    /// Adds the sources of a part.
+    pub fn add_sources(&mut self, k: usize, of: &Sources) {
+        match self {
+            Self::Step(_, sources) => sources.add(of),
+            Self::Galerkin(step) => step.add_sources(k, of),
+        }
+    }
+
+    /// Replaces a tangent at the start of the step by its image at the end, with these sources
+    /// [2.37], [2.52].
+    ///
+    /// # Errors
+    /// [`LinearizationError`].
+    pub fn push(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        points: &[Interval],
+        d: &mut Tangent,
+    ) -> Result<(), LinearizationError> {
+        match self {
+            Self::Step(step, sources) => step.push(system, constraints, last(points), sources, d),
+            Self::Galerkin(step) => step.push(system, constraints, d),
+        }
+    }
+
+    /// Visits the parts of the equations of the last step, with impulses and the costates of the last
+    /// pull.
+    pub fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {
+        match self {
+            Self::Step(step, _) => {
+                visit(Place::Step(last(points)), step.impulse(), step.costates());
+            }
+            Self::Galerkin(step) => {
+                for k in 0..step.parts() {
+                    let (place, impulse) = step.part(k);
+                    visit(place, impulse, step.costates(k));
+                }
+            }
+        }
+    }
+}
+
+/// The step of control points.
+fn last(points: &[Interval]) -> &Interval {
+    points.last().expect("a step has an end")
+}
+
+impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization {
+    fn momentum(&mut self, system: &S, points: &[Interval], out: &mut [f64]) {
+        if let Self::Galerkin(step) = self {
+            step.place(system, points, out);
+        }
+        self.momentum_at_end(system, points, out);
+    }
+
+    fn hold(&mut self, _: &S, _: &[Interval], _: &mut Costate) {}
 
     fn pull(
         &mut self,
         system: &S,
         constraints: &C,
-        s: &Interval,
+        points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        self.linearize(system, constraints, s, p)?;
-        self.pull(system, constraints, s, costate)
+        self.linearize(system, constraints, points, p)?;
+        match self {
+            Self::Step(step, _) => step.pull(system, constraints, last(points), costate),
+            Self::Galerkin(step) => step.pull(system, constraints, costate),
+        }
     }
 
-    fn costates(&self) -> Costates<'_> {
-        self.costates()
-    }
-
-    fn impulse(&self) -> &[f64] {
-        self.impulse()
+    fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {
+        self.for_each_part(points, visit);
     }
 }

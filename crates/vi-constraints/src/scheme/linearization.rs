@@ -109,6 +109,14 @@ impl Sources {
         Self { minus: vec![0.0; n], plus: vec![0.0; n], rows: vec![0.0; m] }
     }
 
+    /// Adds others.
+    pub fn add(&mut self, other: &Self) {
+        let own = [&mut self.minus, &mut self.plus, &mut self.rows];
+        for (own, other) in own.into_iter().zip([&other.minus, &other.plus, &other.rows]) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += other);
+        }
+    }
+
     /// None.
     pub fn clear(&mut self) {
         let Self { minus, plus, rows } = self;
@@ -125,10 +133,7 @@ pub struct StepLinearization {
     x: Vec<f64>,         // n + r
     momentum: Vec<f64>,  // n  b'
     kept: Vec<f64>,      // z  y', or δz
-    rows: Vec<f64>,      // m  scratch
-    sizes: Vec<f64>,     // m  scratch
-    absolute: Vec<f64>,  // n  scratch
-    redundant: bool,
+    dropped: DroppedRows,
 }
 
 impl StepLinearization {
@@ -142,10 +147,7 @@ impl StepLinearization {
             x: vec![0.0; n + rows.len()],
             momentum: vec![0.0; n],
             kept: Vec::new(),
-            rows: vec![0.0; m],
-            sizes: vec![0.0; m],
-            absolute: vec![0.0; n],
-            redundant: rows.len() < m,
+            dropped: DroppedRows::new(n, m),
         }
     }
 
@@ -220,7 +222,7 @@ impl StepLinearization {
         d: &mut Tangent,
     ) -> Result<(), LinearizationError> {
         self.image(system, constraints, s, Some(sources), d)?;
-        self.check_dropped(constraints, s, sources, &d.q)
+        self.dropped.check(constraints, self.saddle.rows(), s, &sources.rows, &d.q)
     }
 
     /// The same without sources.
@@ -280,32 +282,6 @@ impl StepLinearization {
             system.advance_slope(s, Slot::Second, &mut Product { v: end, out: &mut d.z });
         }
         d.q.copy_from_slice(end);
-        Ok(())
-    }
-
-    /// `G' δq' + g_s = 0` of the rows that were left out.
-    fn check_dropped(
-        &mut self,
-        constraints: &impl Constraints,
-        s: &Interval,
-        sources: &Sources,
-        dq: &[f64],
-    ) -> Result<(), LinearizationError> {
-        if !self.redundant || norm_inf(&sources.rows) <= 0.0 {
-            return Ok(());
-        }
-        let Self { rows, sizes, absolute, .. } = self;
-        rows.copy_from_slice(&sources.rows);
-        constraints.add_rates(s.t_end(), &s.q1, dq, rows);
-        absolute.iter_mut().zip(dq).for_each(|(size, x)| *size = x.abs());
-        sizes.fill(0.0);
-        constraints.jacobian(s.t_end(), &s.q1, &mut RowSums { sizes: absolute, out: sizes });
-        for row in self.saddle.rows().redundant() {
-            let defect = self.rows[row].abs() / (self.sizes[row] + sources.rows[row].abs());
-            if defect > DEPENDENT {
-                return Err(LinearizationError::Opens { row, defect });
-            }
-        }
         Ok(())
     }
 
@@ -372,7 +348,49 @@ impl StepLinearization {
 }
 
 /// `out ← out + Eᵀ v` of what is emitted.
-fn transposed(v: &[f64], out: &mut [f64], emit: &dyn Fn(&mut dyn Entries)) {
+pub(crate) fn transposed(v: &[f64], out: &mut [f64], emit: &dyn Fn(&mut dyn Entries)) {
     let into = &mut Product { v, out };
     emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
+}
+
+/// `G' δq' + g_s = 0` of rows that were left out.
+#[derive(Debug)]
+pub(crate) struct DroppedRows {
+    rows: Vec<f64>,     // m
+    sizes: Vec<f64>,    // m
+    absolute: Vec<f64>, // n
+}
+
+impl DroppedRows {
+    /// For `n` coordinates and `m` constraints.
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Self { rows: vec![0.0; m], sizes: vec![0.0; m], absolute: vec![0.0; n] }
+    }
+
+    /// Where the step `s` ends, whose end moves by `dq` with the sources `g_s`.
+    pub(crate) fn check(
+        &mut self,
+        constraints: &impl Constraints,
+        chosen: &IndependentRows,
+        s: &Interval,
+        sources: &[f64],
+        dq: &[f64],
+    ) -> Result<(), LinearizationError> {
+        if chosen.len() == sources.len() || norm_inf(sources) <= 0.0 {
+            return Ok(());
+        }
+        let Self { rows, sizes, absolute } = self;
+        rows.copy_from_slice(sources);
+        constraints.add_rates(s.t_end(), &s.q1, dq, rows);
+        absolute.iter_mut().zip(dq).for_each(|(size, x)| *size = x.abs());
+        sizes.fill(0.0);
+        constraints.jacobian(s.t_end(), &s.q1, &mut RowSums { sizes: absolute, out: sizes });
+        for row in chosen.redundant() {
+            let defect = rows[row].abs() / (sizes[row] + sources[row].abs());
+            if defect > DEPENDENT {
+                return Err(LinearizationError::Opens { row, defect });
+            }
+        }
+        Ok(())
+    }
 }

@@ -14,7 +14,7 @@ use crate::isotropic::IsotropicBlocks;
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::{DiscretePotential, LinearPotential, Potential, Quadrature};
 use crate::quantity_effort::QuantityEffort;
-use crate::signals::{Signals, StateRates};
+use crate::signals::Signals;
 use crate::sparse::{Entries, SparseMatrix};
 use crate::strain_energy::StrainEnergy;
 use std::ops::Range;
@@ -416,19 +416,6 @@ impl SeparableSystem {
         from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
     }
 
-    /// The rates of the continuous states of signals where all internal variables are listed;
-    /// `None` where there are none. Allocates.
-    #[must_use]
-    pub fn state_rates(&self, at: Configuration<'_>, v: &[f64]) -> Option<StateRates> {
-        let signals = self.signals.as_ref().filter(|signals| signals.has_states())?;
-        (at.internal.len() == self.internal_variables()).then(|| signals.rates(at, v))
-    }
-
-    /// Emits `∂f/∂z`, shape `n ×` all internal variables, there.
-    pub fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.forces.iter().for_each(|force| force.add_state_slopes(at, v, 1.0, out));
-    }
-
     /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order of
     /// [`SeparableSystem::sources`].
     pub fn add_interpolated_work(&self, step: &StepPolynomial<'_>, out: &mut [f64]) {
@@ -440,6 +427,12 @@ impl SeparableSystem {
     /// The potentials that a Galerkin step evaluates at Gauss nodes.
     fn gauss_potentials(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
         self.potentials().filter(|potential| potential.interpolation().is_none())
+    }
+
+    /// The forces that a Galerkin step evaluates there.
+    fn gauss_forces(&self) -> impl Iterator<Item = &dyn DiscreteForce> {
+        let forces = self.forces.iter().map(|force| &**force);
+        forces.filter(|force| force.interpolation().is_none())
     }
 
     /// What of a Galerkin step depends on interpolated strains.

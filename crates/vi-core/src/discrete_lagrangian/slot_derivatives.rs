@@ -3,6 +3,7 @@
 use crate::configuration::Configuration;
 use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
+use crate::signals::StateRates;
 use crate::sparse::{Block, Entries};
 
 /// The derivative by the time step is not known.
@@ -37,9 +38,25 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// Emits `scale ∇²V(q)` of the continuous potential, shape `n × n`; always the same places in
     /// the same order. No step needs it: it is part of the tangent of a step.
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
-    /// The same at a Gauss node, without [`MechanicalSystem::interpolation`].
-    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        self.potential_hessian(at, scale, out);
+    /// Emits `by_q ∂(f − ∇V)/∂q + by_v ∂f/∂v` at a Gauss node, without
+    /// [`MechanicalSystem::interpolation`]; shape `n × n`, always the same places in the same
+    /// order. No step needs it: it is part of the tangent of a Galerkin step. The default knows no
+    /// forces.
+    fn gauss_slopes(
+        &self,
+        at: Configuration<'_>,
+        _v: &[f64],
+        [by_q, _]: [f64; 2],
+        out: &mut dyn Entries,
+    ) {
+        self.potential_hessian(at, -by_q, out);
+    }
+    /// Emits `∂f/∂z`, shape `n ×` all internal variables: states of signals that forces read.
+    fn state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
+    /// The rates of the continuous states of signals where all internal variables are listed;
+    /// `None` where there are none. Allocates.
+    fn state_rates(&self, _at: Configuration<'_>, _v: &[f64]) -> Option<StateRates> {
+        None
     }
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
     fn add_force_minus(&self, _s: &Interval, _out: &mut [f64]) {}

@@ -7,12 +7,13 @@ use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
 use nalgebra::{SMatrix, Vector3};
 use std::sync::Arc;
+use vi_constraints::design::Place;
 use vi_core::coordinate_force::CoordinateForce;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::Slot;
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
-use vi_core::{Interval, Quadrature};
+use vi_core::{Configuration, Interval, Quadrature};
 use vi_rigid::directors::FRAME;
 use vi_rigid::load::{Load, LoadChange};
 
@@ -28,8 +29,13 @@ pub(super) trait Sink {
 
 /// The derivative of what an element adds to the equations of a step.
 pub(super) trait Explicit: Send + Sync {
-    /// Emits it.
-    fn emit(&self, s: &Interval, out: &mut dyn Sink);
+    /// Emits it, at a place where forces count.
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink);
+}
+
+/// Coordinates, angles and internal variables at a Gauss node.
+fn node(s: &Interval) -> Configuration<'_> {
+    Configuration { t: s.t_mid(), ..s.start() }
 }
 
 /// `M_θ` of bodies and point masses:
@@ -113,7 +119,8 @@ impl Masses {
 }
 
 impl Explicit for Masses {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         self.for_each_momentum(&s.v_mid, |i, p| {
             out.minus(i, -p);
             out.plus(i, p);
@@ -138,7 +145,8 @@ pub(super) struct Weight {
 }
 
 impl Explicit for Weight {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         for (i, weight) in self.force.iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
             out.minus(i, 0.5 * s.h * weight);
             out.plus(i, 0.5 * s.h * weight);
@@ -158,7 +166,8 @@ pub(super) struct PointSpring {
 }
 
 impl Explicit for PointSpring {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let [start, end] = match self.quadrature {
             Quadrature::Midpoint => [&s.q_mid; 2],
             Quadrature::Trapezoidal => [&s.q0, &s.q1],
@@ -175,7 +184,8 @@ pub(super) struct PointDamper {
 }
 
 impl Explicit for PointDamper {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let force = self.damper.force(&s.q_mid, &s.v_mid) * Dual64::from_re(0.5 * s.h);
         each_tangent(&self.damper.between, &force, |i, f| {
             out.minus(i, f);
@@ -190,8 +200,13 @@ pub(super) struct Acting {
 }
 
 impl Explicit for Acting {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
+        if let Place::Gauss(_) = at {
+            self.force.add_continuous(node(s), &s.v_mid, &mut force);
+            return halves(s, &force, out);
+        }
         self.force.add_minus(s, &mut force);
         each(&force, |i, f| out.minus(i, f));
         force.fill(0.0);
@@ -206,8 +221,13 @@ pub(super) struct Stored {
 }
 
 impl Explicit for Stored {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
+        if let Place::Gauss(_) = at {
+            self.potential.add_gradient(node(s), -1.0, &mut force);
+            return halves(s, &force, out);
+        }
         self.potential.add_d1(s, -s.h, &mut force);
         each(&force, |i, f| out.minus(i, f));
         force.fill(0.0);
@@ -222,7 +242,8 @@ pub(super) struct OfElements {
 }
 
 impl Explicit for OfElements {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
         self.own.add(s, Slot::First, &mut force);
         each(&force, |i, f| out.minus(i, f));
@@ -230,6 +251,14 @@ impl Explicit for OfElements {
         self.own.add(s, Slot::Second, &mut force);
         each(&force, |i, f| out.plus(i, f));
     }
+}
+
+/// Half the impulse of a force at a Gauss node to either end.
+fn halves(s: &Interval, force: &[f64], out: &mut dyn Sink) {
+    each(force, |i, f| {
+        out.minus(i, 0.5 * s.h * f);
+        out.plus(i, 0.5 * s.h * f);
+    });
 }
 
 /// The entries that are not zero.
@@ -244,12 +273,23 @@ pub(super) struct ForceOfLoad {
 }
 
 impl Explicit for ForceOfLoad {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
         let first = self.load.offset();
         let [start, end] = [&s.q0, &s.q1].map(|q| self.load.half_impulse_by(&self.change, s, q));
         (0..FRAME).for_each(|i| out.minus(first + i, start[i]));
         (0..FRAME).for_each(|i| out.plus(first + i, end[i]));
     }
+}
+
+/// The coordinate of a joint, and its rate, that a law sees.
+fn seen(coordinate: &JointCoordinate, at: Place<'_>) -> [f64; 2] {
+    let s = at.interval();
+    if let Place::Gauss(_) = at {
+        return [coordinate.at(node(s)), coordinate.rate(&s.q0, &s.v_mid)];
+    }
+    let Change { mean, difference } = coordinate.change(s);
+    [mean, difference / s.h]
 }
 
 /// An effort along a joint coordinate, `(h/2) τ ∇θ` at either end, by its own numbers.
@@ -267,9 +307,10 @@ impl EffortOn {
 }
 
 impl Explicit for EffortOn {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
-        let Change { mean, difference } = self.coordinate.change(s);
-        let change = 0.5 * s.h * (self.by)(s.t_mid(), mean, difference / s.h);
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
+        let [mean, rate] = seen(&self.coordinate, at);
+        let change = 0.5 * s.h * (self.by)(s.t_mid(), mean, rate);
         self.coordinate.for_each_slope(&s.q0, |i, slope| out.minus(i, change * slope));
         self.coordinate.for_each_slope(&s.q1, |i, slope| out.plus(i, change * slope));
     }
@@ -308,13 +349,21 @@ pub(super) fn moved_value(
 }
 
 impl Explicit for MovedEffort {
-    fn emit(&self, s: &Interval, out: &mut dyn Sink) {
-        let Change { mean, difference } = self.coordinate.change(s);
-        let (t, rate, half) = (s.t_mid(), difference / s.h, 0.5 * s.h);
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let s = at.interval();
+        let [mean, rate] = seen(&self.coordinate, at);
+        let (t, half) = (s.t_mid(), 0.5 * s.h);
         let [start, end] = [&s.q0, &s.q1].map(|q| self.value.principal(q).eps);
+        let by_rate = match at {
+            Place::Gauss(_) => {
+                let mut sum = 0.0; // (∇θ)_θ·V
+                self.value.for_each_slope(&s.q0, |i, slope| sum += slope.eps * s.v_mid[i]);
+                sum
+            }
+            _ => (end - start) / s.h,
+        };
         let slopes = self.law.slopes(t, mean, rate);
-        let change = half
-            * (slopes.by_coordinate * 0.5 * (start + end) + slopes.by_rate * (end - start) / s.h);
+        let change = half * (slopes.by_coordinate * 0.5 * (start + end) + slopes.by_rate * by_rate);
         let effort = half * self.law.effort(t, mean, rate);
         let both = |slope: Dual64| change * slope.re + effort * slope.eps;
         self.value.for_each_slope(&s.q0, |i, slope| out.minus(i, both(slope)));

@@ -38,10 +38,10 @@ use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
 use rows::MovedRows;
 use std::sync::Arc;
-use vi_constraints::design::{Costates, Design};
+use vi_constraints::design::{Costates, Design, Place};
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
-use vi_core::{Interval, Quadrature, SparseMatrix};
+use vi_core::{Quadrature, SparseMatrix};
 
 /// A derivative that is not available.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -247,9 +247,13 @@ impl Parameter {
     }
 
     /// Emits all but masses and products of forms.
-    fn emit_beside(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
-        self.elements.iter().for_each(|element| element.emit(s, out));
-        self.rows.emit(s, impulse, out);
+    fn emit_beside(&self, at: Place<'_>, impulse: &[f64], out: &mut dyn Sink) {
+        if at.has_forces() {
+            self.elements.iter().for_each(|element| element.emit(at, out));
+        }
+        if at.has_rows() {
+            self.rows.emit(at.interval(), impulse, out);
+        }
     }
 }
 
@@ -261,18 +265,20 @@ impl Design for MechanismDesign {
     fn add_tangent(
         &self,
         k: usize,
-        s: &Interval,
+        at: Place<'_>,
         impulse: &[f64],
         minus: &mut [f64],
         plus: &mut [f64],
         rows: &mut [f64],
     ) {
         let (own, mut out) = (&self.parameters[k], Added { minus, plus, rows });
-        if let Some(masses) = &own.masses {
-            masses.emit(s, &mut out);
+        if let Some(masses) = own.masses.as_ref().filter(|_| at.has_forces()) {
+            masses.emit(at, &mut out);
         }
-        own.products.emit(s, impulse, &mut out);
-        own.emit_beside(s, impulse, &mut out);
+        if at.has_rows() {
+            own.products.emit(at.interval(), impulse, &mut out);
+        }
+        own.emit_beside(at, impulse, &mut out);
     }
 
     fn add_internal(&self, k: usize, s: &Interval, out: &mut [f64]) {
@@ -296,14 +302,24 @@ impl Design for MechanismDesign {
         self.parameters.len() + self.masses.len() + self.products.len()
     }
 
-    fn add_adjoint(&self, s: &Interval, impulse: &[f64], costates: Costates<'_>, sums: &mut [f64]) {
+    fn add_adjoint(
+        &self,
+        at: Place<'_>,
+        impulse: &[f64],
+        costates: Costates<'_>,
+        sums: &mut [f64],
+    ) {
         for &k in &self.beside {
             let mut sink = Weighed { costates, sum: 0.0 };
-            self.parameters[k].emit_beside(s, impulse, &mut sink);
+            self.parameters[k].emit_beside(at, impulse, &mut sink);
             sums[k] += sink.sum;
         }
-        self.masses.add(s, costates, sums);
-        self.products.add(s, impulse, costates, sums);
+        if at.has_forces() {
+            self.masses.add(at.interval(), costates, sums);
+        }
+        if at.has_rows() {
+            self.products.add(at.interval(), impulse, costates, sums);
+        }
     }
 
     fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {

@@ -19,8 +19,8 @@ use super::tree_step::workspace::Workspace;
 use crate::mechanism::Mechanism;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, Tangents};
-use vi_constraints::design::Costates;
+use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::design::{Costates, Place};
 use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::coordinate_force::{AlongUnknown, SignedUnknown};
@@ -240,7 +240,8 @@ impl TreeCostates {
 }
 
 impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
-    fn momentum(&self, system: &SeparableSystem, s: &Interval, out: &mut [f64]) {
+    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
+        let [s] = points else { return };
         if self.holds_efforts() {
             return system.forced_d2(s, out);
         }
@@ -248,7 +249,8 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         self.add_free(system, s, Slot::Second, out);
     }
 
-    fn hold(&mut self, system: &SeparableSystem, s: &Interval, costate: &mut Costate) {
+    fn hold(&mut self, system: &SeparableSystem, points: &[Interval], costate: &mut Costate) {
+        let [s] = points else { return };
         let Costate { q: a, p: b, .. } = costate;
         if !self.holds_efforts() && b.iter().any(|b| *b != 0.0) {
             self.hold_efforts(system, s, [a, b]);
@@ -261,10 +263,11 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
-        s: &Interval,
+        points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
+        let [s] = points else { return Err(Singular) };
         let Costate { q: a, p: b, .. } = costate;
         self.momentum.copy_from_slice(b);
         if self.holds_efforts() {
@@ -315,12 +318,11 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         Ok(())
     }
 
-    fn costates(&self) -> Costates<'_> {
-        let rows = self.joints.as_ref().map_or(&self.none, |joints| &joints.rows);
-        Costates { step: &self.mu, momentum: &self.momentum, rows }
-    }
-
-    fn impulse(&self) -> &[f64] {
-        self.joints.as_ref().map_or(&self.none, |joints| &joints.impulse)
+    fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {
+        let [s] = points else { return };
+        let none = [&self.none, &self.none];
+        let [impulse, rows] =
+            self.joints.as_ref().map_or(none, |joints| [&joints.impulse, &joints.rows]);
+        visit(Place::Step(s), impulse, Costates { step: &self.mu, momentum: &self.momentum, rows });
     }
 }

@@ -74,6 +74,27 @@ impl ControlPoints {
         p.copy_from_slice(&state.p);
     }
 
+    /// Takes the control points of a step from the momentum `p̄_n`: `(q_n, q_j)`, `j = 1 … s`, the
+    /// last of which is the step; of the others increments alone.
+    pub fn take(&mut self, from: &[Interval], p: &[f64]) {
+        let Self { constants, points, gauss, .. } = self;
+        let last = points.len() - 1;
+        let step = &from[last];
+        for (j, (point, own)) in points.iter_mut().zip(from).enumerate() {
+            point.copy_from(step);
+            if j < last {
+                point.h = constants.nodes[j + 1] * step.h;
+                point.end_at(point.t + point.h);
+                point.dq.copy_from_slice(&own.dq);
+                point.close_from_increment();
+            }
+        }
+        for (node, c) in gauss.iter_mut().zip(&constants.gauss_nodes) {
+            node.t = step.t + c * step.h;
+        }
+        self.p.copy_from_slice(p);
+    }
+
     /// The polynomial through the control points.
     #[must_use]
     pub fn polynomial(&self) -> StepPolynomial<'_> {

@@ -25,19 +25,23 @@
 //! | [`nodal`], [`constrained`] | the two schemes |
 //! | [`sweeps`] | what the nodal one asks for: all control points at once |
 //! | [`operators`] | the same from operators of single control points |
-//! | [`tangent`] | the exact tangent of a step |
+//! | [`linearization`] | a step linearized: tangents forward, costates backward |
+//! | [`tangent`] | the tangent map of steps without forces |
 //!
 //! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum &
 //! Leyendecker, Adv. Comput. Math. 43 (2017) 1163.
 
+mod blocks;
 pub mod constrained;
 pub mod control_points;
+pub mod linearization;
 pub mod nodal;
 pub mod operators;
 pub mod sweeps;
 pub mod tangent;
 
 pub use constrained::GalerkinConstrained;
+pub use linearization::GalerkinLinearization;
 pub use nodal::GalerkinNodal;
 pub use operators::{ControlPointOperators, DenseControlPoints};
 pub use sweeps::{Pointwise, Sweeps};

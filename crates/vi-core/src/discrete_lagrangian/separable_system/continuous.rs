@@ -95,7 +95,7 @@ impl MechanicalSystem for SeparableSystem {
 
     fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.gauss_potentials().for_each(|potential| potential.add_gradient(at, -1.0, out));
-        for force in self.forces.iter().filter(|own| own.interpolation().is_none()) {
+        for force in self.gauss_forces() {
             force.add_continuous(at, v, out);
         }
     }

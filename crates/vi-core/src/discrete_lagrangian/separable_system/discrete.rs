@@ -7,6 +7,7 @@ use crate::force::Source;
 use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::DiscretePotential;
+use crate::signals::StateRates;
 use crate::sparse::{Block, Entries};
 
 impl DiscreteLagrangian for SeparableSystem {
@@ -62,8 +63,27 @@ impl DiscreteLagrangian for SeparableSystem {
         self.potentials().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
-    fn gauss_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        self.gauss_potentials().for_each(|potential| potential.add_hessian(at, scale, out));
+    fn gauss_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        [by_q, by_v]: [f64; 2],
+        out: &mut dyn Entries,
+    ) {
+        self.gauss_potentials().for_each(|potential| potential.add_hessian(at, -by_q, out));
+        for force in self.gauss_forces() {
+            force.add_position_slope(at, v, by_q, out);
+            force.add_damping(at, v, by_v, out);
+        }
+    }
+
+    fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_state_slopes(at, v, 1.0, out));
+    }
+
+    fn state_rates(&self, at: Configuration<'_>, v: &[f64]) -> Option<StateRates> {
+        let signals = self.signals.as_ref().filter(|signals| signals.has_states())?;
+        (at.internal.len() == self.internal_variables()).then(|| signals.rates(at, v))
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {

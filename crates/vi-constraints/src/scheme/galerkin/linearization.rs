@@ -1,0 +1,339 @@
+//! A Galerkin step, linearized: tangents forward, costates backward.
+//!
+//! With `H_ij` of [`super::blocks`], impulses `Λ_i` of the control points, states `z_k` of signals
+//! at the Gauss nodes and sources `w_s`, `g_s`:
+//! ```text
+//! Σ_j≥1 H_ij δq_j − G(q_i)ᵀ δΛ_i + Σ_k w_{i,z} δz_k = −(δ_i0 δp̄ + H_i0 δq + w_{s,i})   i = 0 … s−1
+//! G(q_j) δq_j = −g_{s,j}   j = 1 … s,     δz_k − h Σ_j A_kj δφ_j = δz
+//! δp̄' = Σ_j H_sj δq_j + Σ_k w_{s,z} δz_k + w_{s,s},     δz' = δz + h Σ_k b_k δφ_k                 [2.52]
+//! ```
+//! Backward with the transposed matrix, from the costates `a', b', y'` to those at the start:
+//! ```text
+//! Σ_i H_ijᵀ m_i + G(q_j)ᵀ σ_j − … = δ_js a' + H_sjᵀ b' + …,     G(q_i) m_i = 0
+//! x = (−m_0 … −m_{s−1}, b'),   a = Σ_i H_i0ᵀ x_i + …,   b = −m_0,   y = y' + Σ_k ζ_k               [2.53]
+//! dJ = Σ_i x_i·w_{s,i} − Σ_j σ_j·g_{s,j}
+//! ```
+//! One sparse factorization over independent rows serves both. What acts at a Gauss node is what a
+//! step whose ends have come together has, with the costates
+//! `momentum, −step = b_k Σ_i (E_ki ± ½ D_ki) x_i` ([`Place::Gauss`]); constraints are those of the
+//! intervals between neighbouring control points ([`Place::Points`]).
+#![allow(non_snake_case)] // A, D, E, G, H
+
+use super::blocks::Blocks;
+use crate::constraints::Constraints;
+use crate::design::{Costates, Place};
+use crate::linearization::{
+    Costate, DroppedRows, LinearizationError, Sources, Tangent, transposed,
+};
+use crate::saddle_point::{IndependentRows, SaddlePoint};
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::galerkin::Stages;
+use vi_core::interval::Interval;
+use vi_core::linear::{Singular, SparseLu};
+use vi_core::sparse::{Entries, Product, SparseMatrix};
+
+/// One Galerkin step after the other, linearized about its solution.
+#[derive(Debug)]
+pub struct GalerkinLinearization {
+    blocks: Blocks,
+    matrix: Option<(SparseMatrix, SparseLu)>,
+    gauss: Vec<Interval>,         // s  the Gauss nodes
+    between: Vec<Interval>,       // s  neighbouring control points
+    sources: Vec<Vec<f64>>,       // (s + 1) × n  w_s
+    row_sources: Vec<Vec<f64>>,   // s × m  g_s
+    solution: Vec<f64>,           // s n, s r, then states of each Gauss node
+    x: Vec<Vec<f64>>,             // (s + 1) × n
+    sigma: Vec<Vec<f64>>,         // s × m
+    costates: Vec<[Vec<f64>; 2]>, // s × 2 × n  of the Gauss nodes: step, momentum
+    step_costates: Vec<Vec<f64>>, // s × n  m_i
+    none: [Vec<f64>; 2],          // n, m  zero
+    scratch: [Vec<f64>; 2],       // n, internal variables
+    dropped: DroppedRows,
+}
+
+impl GalerkinLinearization {
+    /// For `n` coordinates and an independent set of `m` constraints.
+    #[must_use]
+    pub fn new(n: usize, m: usize, rows: &IndependentRows, stages: Stages) -> Self {
+        let s = stages.count();
+        let vectors = |count: usize, length: usize| vec![vec![0.0; length]; count];
+        let intervals = || vec![Interval::new(n); s];
+        Self {
+            blocks: Blocks::new(n, m, stages, SaddlePoint::new(n, rows.clone())),
+            matrix: None,
+            gauss: intervals(),
+            between: intervals(),
+            sources: vectors(s + 1, n),
+            row_sources: vectors(s, m),
+            solution: Vec::new(),
+            x: vectors(s + 1, n),
+            sigma: vectors(s, m),
+            costates: vec![[vec![0.0; n], vec![0.0; n]]; s],
+            step_costates: vectors(s, n),
+            none: [vec![0.0; n], vec![0.0; m]],
+            scratch: [vec![0.0; n], Vec::new()],
+            dropped: DroppedRows::new(n, m),
+        }
+    }
+
+    fn stages(&self) -> usize {
+        self.gauss.len()
+    }
+
+    /// The enforced constraints.
+    #[must_use]
+    pub fn rows(&self) -> &IndependentRows {
+        self.blocks.multiplier.rows()
+    }
+
+    /// Factorizes the matrix of a step from the momentum `p̄`. `points`: `(q_n, q_j)`,
+    /// `j = 1 … s`, of which the last is the step, and of the others increments count.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn linearize(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        points: &[Interval],
+        p: &[f64],
+    ) -> Result<(), Singular> {
+        if self.blocks.differentiate(system, constraints, (points, p))? {
+            self.matrix = None; // another pattern
+        }
+        let Self { blocks, matrix, gauss, between, none, .. } = self;
+        let s = blocks.points.step();
+        gauss.iter_mut().zip(blocks.points.gauss()).for_each(|(own, node)| own.gather_at(node, s));
+        for (i, own) in between.iter_mut().enumerate() {
+            let [t, t_end] = [i, i + 1].map(|i| blocks.points.time(i));
+            own.copy_from(s);
+            own.open_start(t, t_end - t, blocks.points.q(i), &none[0]);
+            own.end_at(t_end);
+            own.q1.copy_from_slice(blocks.points.q(i + 1));
+            own.close_from_end();
+            own.angles.extend_from_slice(&s.angles);
+        }
+        let size = blocks.size();
+        let emit = |out: &mut dyn Entries| blocks.emit(system, constraints, out);
+        match matrix {
+            Some((matrix, _)) => matrix.refill(emit),
+            None => {
+                let own = SparseMatrix::assemble(size, size, emit);
+                let lu = SparseLu::new(&own)?;
+                *matrix = Some((own, lu));
+            }
+        }
+        let (matrix, lu) = matrix.as_mut().expect("just written");
+        self.solution.resize(size, 0.0);
+        lu.factorize(matrix)
+    }
+
+    /// Takes the control points of a step from the momentum `p̄`, as
+    /// [`GalerkinLinearization::linearize`] does, without derivatives.
+    pub fn place(&mut self, system: &impl DiscreteLagrangian, points: &[Interval], p: &[f64]) {
+        self.blocks.points.take(points, p);
+        self.blocks.points.evaluate(system);
+    }
+
+    /// `p ← p̄_{n+1} = w_s` of the step.
+    pub fn momentum(&mut self, system: &impl DiscreteLagrangian, p: &mut [f64]) {
+        let s = self.stages();
+        self.blocks.points.balance(system, s, p);
+    }
+
+    /// How many parts the equations of a step have: its Gauss nodes, then the intervals between
+    /// its control points.
+    #[must_use]
+    pub fn parts(&self) -> usize {
+        2 * self.stages()
+    }
+
+    /// A part with the impulses of its constraints.
+    #[must_use]
+    pub fn part(&self, k: usize) -> (Place<'_>, &[f64]) {
+        match k.checked_sub(self.stages()) {
+            None => (Place::Gauss(&self.gauss[k]), &self.none[1]),
+            Some(i) => (Place::Points(&self.between[i]), &self.blocks.impulses[i]),
+        }
+    }
+
+    /// No sources from now on.
+    pub fn clear_sources(&mut self) {
+        self.sources.iter_mut().chain(&mut self.row_sources).for_each(|own| own.fill(0.0));
+    }
+
+    /// Adds the sources of a part.
+    pub fn add_sources(&mut self, k: usize, of: &Sources) {
+        let add = |to: &mut [f64], scale: f64, x: &[f64]| {
+            to.iter_mut().zip(x).for_each(|(to, x)| *to += scale * x);
+        };
+        if let Some(i) = k.checked_sub(self.stages()) {
+            add(&mut self.sources[i], 1.0, &of.minus);
+            add(&mut self.row_sources[i], 1.0, &of.rows);
+            return;
+        }
+        let constants = self.blocks.points.constants();
+        let weight = constants.gauss_weights[k];
+        for (i, own) in self.sources.iter_mut().enumerate() {
+            let (E, half) = (constants.E[(k, i)], 0.5 * constants.D[(k, i)]);
+            add(own, weight * (E - half), &of.minus);
+            add(own, weight * (E + half), &of.plus);
+        }
+    }
+
+    /// Replaces a tangent at the start of the step by its image at the end, with the sources that
+    /// were added [2.52].
+    ///
+    /// # Errors
+    /// [`LinearizationError`].
+    pub fn push(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        d: &mut Tangent,
+    ) -> Result<(), LinearizationError> {
+        let Self { blocks, matrix, solution, sources, row_sources, scratch, dropped, .. } = self;
+        let (n, s, r, m) = blocks.shape();
+        let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
+        solution.fill(0.0);
+        for (i, out) in solution[..s * n].chunks_exact_mut(n).enumerate() {
+            blocks.balance(system, constraints, (i, 0), &mut Product { v: &d.q, out });
+            out.iter_mut().zip(&sources[i]).for_each(|(x, w)| *x += h * w);
+            if i == 0 {
+                out.iter_mut().zip(&d.p).for_each(|(x, p)| *x += h * p);
+            }
+        }
+        for (j, out) in solution[s * n..s * (n + r)].chunks_exact_mut(r.max(1)).enumerate() {
+            blocks.multiplier.rows().gather(&row_sources[j], out);
+        }
+        solution[..s * (n + r)].iter_mut().for_each(|x| *x = -*x);
+        for (k, out) in solution[s * (n + r)..].chunks_exact_mut(m.max(1)).enumerate() {
+            let A = |j: usize| blocks.points.constants().A[(k, j)];
+            blocks.rates_by_point(A, 0, &mut Product { v: &d.q, out });
+            for (x, place) in out.iter_mut().zip(&blocks.states[k].places) {
+                *x += d.z[*place];
+            }
+        }
+        let (_, lu) = matrix.as_mut().ok_or(Singular)?;
+        lu.solve_factorized(solution)?;
+        let (ends, states) = (&solution[..s * n], &solution[s * (n + r)..]);
+        let at = |j: usize| if j == 0 { &d.q[..] } else { &ends[(j - 1) * n..j * n] };
+        let [momentum, next] = scratch;
+        momentum.fill(0.0);
+        for j in 0..=s {
+            let into = &mut Product { v: at(j), out: momentum };
+            blocks.balance(system, constraints, (s, j), into);
+        }
+        next.clone_from(&d.z);
+        if m > 0 {
+            let places = &blocks.states[0].places;
+            let mut rates = vec![0.0; m];
+            for l in 0..=s {
+                blocks.rates_by_point(|k| b[k], l, &mut Product { v: at(l), out: &mut rates });
+            }
+            for (k, z) in states.chunks_exact(m).enumerate() {
+                blocks.by_state(s, k, &mut Product { v: z, out: momentum });
+                blocks.rates_by_state(k, b[k], &mut Product { v: z, out: &mut rates });
+            }
+            places.iter().zip(&rates).for_each(|(place, rate)| next[*place] += rate);
+        }
+        for ((p, w), source) in d.p.iter_mut().zip(&*momentum).zip(&sources[s]) {
+            *p = w / h + source;
+        }
+        d.z.clone_from(next);
+        d.q.copy_from_slice(&ends[(s - 1) * n..]);
+        for (j, rows) in row_sources.iter().enumerate() {
+            let dq = &solution[j * n..(j + 1) * n];
+            dropped.check(constraints, blocks.multiplier.rows(), &self.between[j], rows, dq)?;
+        }
+        Ok(())
+    }
+
+    /// Replaces the costate at the end of the step, derivatives by `q'` included that only this
+    /// step has, by that at its start [2.53].
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn pull(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        let Self { blocks, matrix, solution, x, sigma, .. } = self;
+        let (n, s, r, m) = blocks.shape();
+        let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
+        let Costate { q: a, p: momentum, z } = costate;
+        let places = blocks.states.first().map_or(&[][..], |own| &own.places);
+        let y: Vec<f64> = places.iter().map(|place| z[*place]).collect();
+        x[s].copy_from_slice(momentum);
+        let own = &mut self.scratch[0]; // b'/h
+        own.iter_mut().zip(&*momentum).for_each(|(own, p)| *own = p / h);
+        solution.fill(0.0);
+        for (j, c) in solution[..s * n].chunks_exact_mut(n).enumerate() {
+            transposed(own, c, &|out| blocks.balance(system, constraints, (s, j + 1), out));
+            transposed(&y, c, &|out| blocks.rates_by_point(|k| b[k], j + 1, out));
+        }
+        solution[(s - 1) * n..s * n].iter_mut().zip(&*a).for_each(|(c, a)| *c += a);
+        for (k, c) in solution[s * (n + r)..].chunks_exact_mut(m.max(1)).enumerate() {
+            transposed(own, c, &|out| blocks.by_state(s, k, out));
+            transposed(&y, c, &|out| blocks.rates_by_state(k, b[k], out));
+        }
+        let (_, lu) = matrix.as_mut().ok_or(Singular)?;
+        lu.solve_transposed(solution)?;
+        a.fill(0.0);
+        transposed(own, a, &|out| blocks.balance(system, constraints, (s, 0), out));
+        transposed(&y, a, &|out| blocks.rates_by_point(|k| b[k], 0, out));
+        solution[..s * n].iter_mut().for_each(|m| *m = -*m);
+        for (i, m) in solution[..s * n].chunks_exact(n).enumerate() {
+            transposed(m, a, &|out| blocks.balance(system, constraints, (i, 0), out));
+            x[i].iter_mut().zip(m).for_each(|(x, m)| *x = h * m);
+        }
+        for (k, zeta) in solution[s * (n + r)..].chunks_exact(m.max(1)).enumerate() {
+            let A = |j: usize| blocks.points.constants().A[(k, j)];
+            transposed(zeta, a, &|out| blocks.rates_by_point(A, 0, out));
+            places.iter().zip(zeta).for_each(|(place, zeta)| z[*place] += zeta);
+        }
+        momentum.copy_from_slice(&x[0]);
+        for (sigma, own) in sigma.iter_mut().zip(solution[s * n..].chunks_exact(r.max(1))) {
+            blocks.multiplier.rows().scatter(&own[..r], sigma);
+        }
+        self.spread();
+        Ok(())
+    }
+
+    /// Costates of the parts from `x`.
+    fn spread(&mut self) {
+        let Self { blocks, x, costates, step_costates, .. } = self;
+        let constants = blocks.points.constants();
+        for (k, [step, momentum]) in costates.iter_mut().enumerate() {
+            let weight = constants.gauss_weights[k];
+            step.fill(0.0);
+            momentum.fill(0.0);
+            for (i, x) in x.iter().enumerate() {
+                let (E, half) = (constants.E[(k, i)], 0.5 * constants.D[(k, i)]);
+                let [minus, plus] = [weight * (half - E), weight * (half + E)];
+                step.iter_mut().zip(x).for_each(|(own, x)| *own += minus * x);
+                momentum.iter_mut().zip(x).for_each(|(own, x)| *own += plus * x);
+            }
+        }
+        for (own, x) in step_costates.iter_mut().zip(&*x) {
+            own.iter_mut().zip(x).for_each(|(own, x)| *own = -x);
+        }
+    }
+
+    /// The costates of a part, found by the last [`GalerkinLinearization::pull`].
+    #[must_use]
+    pub fn costates(&self, k: usize) -> Costates<'_> {
+        match k.checked_sub(self.stages()) {
+            None => {
+                let [step, momentum] = &self.costates[k];
+                Costates { step, momentum, rows: &self.none[1] }
+            }
+            Some(i) => {
+                let (step, rows) = (&self.step_costates[i], &self.sigma[i]);
+                Costates { step, momentum: &self.none[0], rows }
+            }
+        }
+    }
+}
