@@ -144,9 +144,9 @@ impl Sensitivities {
         let step = self.step;
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
-        let mut pushed = Ok(());
+        let (mut pushed, any) = (Ok(()), !self.directions.is_empty());
         let taken = run.step_with(&mut |system, constraints, taken| {
-            if pushed.is_ok() {
+            if any && pushed.is_ok() {
                 pushed = self.push(system, constraints, taken, beside);
             }
         });

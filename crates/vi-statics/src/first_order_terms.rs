@@ -3,6 +3,7 @@
 
 use crate::equations::EquilibriumEquations;
 use nalgebra::{DMatrix, DVector};
+use vi_core::DiscreteLagrangian;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// `S`, `B`, and what signals add.

@@ -6,7 +6,7 @@ use holonom_model::ModelText;
 use std::path::Path;
 
 /// Two links; the sections of a case come behind.
-const BODIES: &str = r#"
+pub(super) const BODIES: &str = r#"
 [model]
 name = "reacting"
 gravity = [0.0, 0.0, -9.81]
@@ -57,7 +57,7 @@ target = 1.5
 "#;
 
 /// A box and a ball that are free.
-const FREE: &str = r#"
+pub(super) const FREE: &str = r#"
 [[body]]
 name = "box"
 position = [0.0, 1.0, 0.2]
@@ -95,7 +95,7 @@ fn found(more: &str) -> Result<ModelGradient, GradientFailure> {
     of(&format!("{BODIES}{more}"))
 }
 
-fn of(text: &str) -> Result<ModelGradient, GradientFailure> {
+pub(super) fn of(text: &str) -> Result<ModelGradient, GradientFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[])?;
     let wanted = Wanted { initial: false, controls: false, ..Wanted::everything() };
@@ -105,7 +105,7 @@ fn of(text: &str) -> Result<ModelGradient, GradientFailure> {
 }
 
 /// What acts, with which numbers of `k`, `c`, `w` it changes.
-const CASES: [(&str, &str, &[&str]); 13] = [
+pub(super) const CASES: [(&str, &str, &[&str]); 13] = [
     (
         "a law of its joint",
         "[[law]]\nname = 'l'\njoint = 'elbow'\neffort = '-k*x - both*x^3 - c*abs(v)*v + sin(w*t)'",

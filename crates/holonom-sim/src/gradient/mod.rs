@@ -13,6 +13,8 @@ mod beam_tests;
 mod check;
 #[cfg(test)]
 mod expression_tests;
+#[cfg(test)]
+mod galerkin_tests;
 mod objective;
 pub(crate) mod prepared;
 pub(crate) mod quantity;

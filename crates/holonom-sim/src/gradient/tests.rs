@@ -6,7 +6,7 @@ use super::{ByStart, GradientFailure, ModelGradient, Wanted, gradient};
 use holonom_model::ModelText;
 use std::path::Path;
 
-const ARM: &str = r#"
+pub(super) const ARM: &str = r#"
 [model]
 name = "arm"
 gravity = [0.0, 0.0, "= -g"]
@@ -85,7 +85,7 @@ weight = 0.3
 "#;
 
 /// A four-bar linkage: three redundant rows, a length that opens it, a projected start.
-const LINKAGE: &str = r#"
+pub(super) const LINKAGE: &str = r#"
 [model]
 name = "linkage"
 gravity = [0.0, 0.0, -9.81]
@@ -170,7 +170,7 @@ weight = 3.0
 "#;
 
 /// A free body and a particle on a bar, tied by a spring; frames that move with a parameter.
-const FLYING: &str = r#"
+pub(super) const FLYING: &str = r#"
 [model]
 name = "flying"
 gravity = [0.0, 0.0, -9.81]
@@ -365,7 +365,7 @@ fn rates_at_the_end_agree_with_differences() {
 }
 
 /// A controller whose filter begins with what it reads.
-const CONTROLLED: &str = r#"
+pub(super) const CONTROLLED: &str = r#"
 model = { name = "controlled", gravity = [0.0, 0.0, -9.81] }
 simulation = { step = 0.005, end = 0.2 }
 body = [{ name = "arm", mass = 2.0, inertia = [0.02, 0.15, 0.15], position = [0.4, 0.0, 0.0] }]
@@ -394,7 +394,7 @@ effort = "torque - 0.05*v"
 "#;
 
 /// A frame that is turned by a parameter about an axis with two components of the same size.
-const TURNED: &str = r#"
+pub(super) const TURNED: &str = r#"
 model = { name = "turned", gravity = [0.0, 0.0, -9.81] }
 simulation = { step = 0.01, end = 0.2 }
 parameters = { start = 0.4, length = 0.7 }

@@ -304,9 +304,15 @@ pub(super) fn true_values(model: &Model, text: &ModelText) -> Vec<f64> {
     wanted.parameters.keys().map(value).chain(joints).collect()
 }
 
+/// The same model by Galerkin steps of order 4.
+fn by_galerkin(text: &str) -> String {
+    text.replace("[simulation]\n", "[simulation]\nmethod = \"galerkin\"\norder = 4\n")
+}
+
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
-    for text in [ARM, LINKAGE, FLYING] {
+    let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
+    for text in [ARM, LINKAGE, FLYING, &arm, &linkage] {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -324,7 +330,8 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 /// All measurements between nodes, at other unknown numbers than the true ones.
 #[test]
 fn residuals_of_models_have_their_derivatives() {
-    for text in [ARM, LINKAGE, FLYING] {
+    let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
+    for text in [ARM, LINKAGE, FLYING, &arm, &linkage] {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {
