@@ -10,6 +10,7 @@ use vi_control::objective::{PointComponent, Running, Terminal};
 use vi_control::sensitivities::Beside;
 use vi_control::{Checkpoints, Controls, Direction, Gradient, Objective, Sensitivities, Task};
 use vi_core::MechanicalSystem;
+use vi_core::galerkin::Stages;
 use vi_core::linear::dot;
 use vi_multibody::form::Form;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator};
@@ -18,7 +19,11 @@ use vi_testkit::Sample;
 const STEPS: usize = 20;
 
 /// A soft beam that falls about its clamped end.
-fn beam(rule: StrainRule, scheme: SchemeKind) -> (MechanismIntegrator, Objective) {
+fn beam(
+    rule: StrainRule,
+    scheme: SchemeKind,
+    stages: Option<usize>,
+) -> (MechanismIntegrator, Objective) {
     let section = Section::new([500.0, 500.0, 2e3, 0.5, 0.7, 0.4], [1.0, 1.5e-3, 1e-3, 0.0]);
     let section = section.unwrap().with_damping([0.002; 6]).unwrap();
     let across = FrameRule::Normal(Vector3::z());
@@ -29,7 +34,12 @@ fn beam(rule: StrainRule, scheme: SchemeKind) -> (MechanismIntegrator, Objective
     let mechanism = model.mechanism();
     let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let system = model.system(&mechanism, rule);
-    let (options, at) = (Options::new(scheme, 0.005), InitialValues::new(0.0, &q, &v));
+    let options = Options::new(scheme, 0.005);
+    let options = match stages.and_then(Stages::new) {
+        Some(stages) => options.galerkin(stages),
+        None => options,
+    };
+    let at = InitialValues::new(0.0, &q, &v);
     let tip = q.len() - 12;
     let height = || PointComponent { point: Form::particle(tip, 3), axis: 2 };
     let objective = Objective::new()
@@ -42,9 +52,17 @@ fn beam(rule: StrainRule, scheme: SchemeKind) -> (MechanismIntegrator, Objective
 fn beams_agree_with_sensitivities_and_differences() {
     let mut sample = Sample::new(94);
     let controls = Controls::default();
-    for rule in [StrainRule::Averaged, StrainRule::MassScaled, StrainRule::Dissipative] {
+    let rules = [
+        (StrainRule::Averaged, None),
+        (StrainRule::MassScaled, None),
+        (StrainRule::Dissipative, None),
+        (StrainRule::Averaged, Some(1)),
+        (StrainRule::Averaged, Some(2)),
+        (StrainRule::Averaged, Some(3)),
+    ];
+    for (rule, stages) in rules {
         for scheme in [SchemeKind::Constrained, SchemeKind::Nodal] {
-            let (mut run, objective) = beam(rule, scheme);
+            let (mut run, objective) = beam(rule, scheme, stages);
             let first = run.state().clone();
             let mut start = Tangent::zero(first.q.len(), first.internal.len());
             let v: Vec<f64> = first.q.iter().map(|_| sample.number()).collect();
@@ -93,8 +111,13 @@ fn beams_agree_with_sensitivities_and_differences() {
             let errors = [(rate - exact).abs() / size, (difference - exact).abs() / size];
             let memory = first.internal.len();
             let [a, b] = errors;
-            println!("{rule:?}, {scheme:?}, {memory} internal variables: {a:.1e}, {b:.1e}");
-            assert!(errors[0] < 1e-11 && errors[1] < 1e-8, "{rule:?} {scheme:?}: {errors:?}");
+            println!(
+                "{rule:?}, {scheme:?}, {stages:?}, {memory} internal variables: {a:.1e}, {b:.1e}"
+            );
+            assert!(
+                errors[0] < 1e-11 && errors[1] < 1e-8,
+                "{rule:?} {scheme:?} {stages:?}: {errors:?}"
+            );
         }
     }
 }

@@ -2,15 +2,25 @@
 //! against differences, against the scheme of order 2, with all checkpoints.
 
 use crate::gradients::{SUBJECTS, along, cost, direction, task};
-use crate::runs::{Subject, run_with};
+use crate::runs::{Subject, four_bar, pendulum, run_with, spatial};
+use nalgebra::Vector3;
 use vi_constraints::costate_sweep::{CostateSweep, Linearization};
 use vi_constraints::linearization::{Costate, Sources, Tangent};
 use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_control::objective::{PointComponent, Terminal};
 use vi_control::sensitivities::Beside;
-use vi_control::{Direction, Gradient, Sensitivities};
+use vi_control::{
+    Checkpoints, ControlForce, Controls, Direction, Gradient, JointControl, Objective,
+    Sensitivities, Task,
+};
 use vi_core::Interval;
 use vi_core::galerkin::Stages;
-use vi_core::linear::dot;
+use vi_core::linear::{dot, norm_inf};
+use vi_multibody::FrameId::Ground;
+use vi_multibody::PairKind;
+use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::form::Form;
+use vi_multibody::held_effort::HeldEffort;
 use vi_testkit::Sample;
 
 const STEPS: usize = 20;
@@ -19,10 +29,8 @@ fn options(scheme: SchemeKind, s: usize, h: f64) -> Options {
     Options::new(scheme, h).galerkin(Stages::new(s).unwrap())
 }
 
-/// The forms that integrate a subject.
-fn schemes(_: &Subject) -> &'static [SchemeKind] {
-    &[SchemeKind::Constrained, SchemeKind::Nodal]
-}
+/// The forms with control points.
+const SCHEMES: [SchemeKind; 2] = [SchemeKind::Constrained, SchemeKind::Nodal];
 
 fn random(sample: &mut Sample, n: usize) -> Vec<f64> {
     (0..n).map(|_| sample.number()).collect()
@@ -99,7 +107,7 @@ fn backward_agrees_with_forward_and_differences() {
     let mut sample = Sample::new(192);
     for subject in SUBJECTS {
         for s in 1..=3 {
-            for &scheme in schemes(&subject()) {
+            for scheme in SCHEMES {
                 let subject = subject();
                 let name = subject.name;
                 let (mut run, controls, objective) =
@@ -137,6 +145,117 @@ fn backward_agrees_with_forward_and_differences() {
                 println!("{name}, {scheme:?}, s = {s}: forward {a:.1e}, differences {b:.1e}");
                 assert!(a < 1e-12 && b < 1e-9, "{name}, {scheme:?}, s = {s}: {errors:?}");
             }
+        }
+    }
+}
+
+/// Two arms with what one Gauss node and the step of order 2 take alike: a spring and a damper
+/// between points.
+fn tied() -> Subject {
+    let mut builder = MechanismBuilder::new().gravity([0.0, 0.2, -9.81]);
+    let solid = |mass: f64| Inertia::principal(mass, [0.02, 0.05, 0.04]);
+    let one = builder.body("one", solid(1.0)).at([0.5, 0.0, 0.0]).id();
+    let two = builder.body("two", solid(0.7)).at([1.5, 0.0, 0.0]).id();
+    let top = builder.joint("top", PairKind::Revolute, Ground, one).at([0.0; 3]);
+    let _ = top.axis([0.0, 1.0, 0.3]).rate(1.0).id();
+    let elbow = builder.joint("elbow", PairKind::Revolute, one, two).at([1.0, 0.0, 0.0]);
+    let _ = elbow.axis([0.0, 1.0, 0.0]).rate(-0.5).id();
+    let (anchor, tip) = ([0.3, 0.2, 1.0], two.point([0.3, 0.0, 0.1]));
+    builder.spring(anchor, tip, 8.0).natural_length(0.4).damping(0.6);
+    Subject { name: "tied", built: builder.build().unwrap(), controlled: Vec::new() }
+}
+
+#[test]
+fn one_gauss_node_is_the_step_of_order_two() {
+    let of = |options: Options| {
+        let (mut run, controls, objective) = run_with(tied(), options, STEPS);
+        Gradient::of(&mut run, &task(&objective, &controls)).unwrap()
+    };
+    let expected = of(Options::new(SchemeKind::Nodal, 0.02));
+    for scheme in SCHEMES {
+        let found = of(options(scheme, 1, 0.02));
+        let off = |x: &[f64], y: &[f64]| {
+            let apart: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
+            norm_inf(&apart) / norm_inf(y)
+        };
+        let errors = [
+            off(&found.initial.p, &expected.initial.p),
+            (found.value / expected.value - 1.0).abs(),
+        ];
+        println!("{scheme:?}: {:.1e} in costates, {:.1e} in the cost", errors[0], errors[1]);
+        assert!(errors.iter().all(|error| *error < 1e-12), "{scheme:?}: {errors:?}");
+    }
+}
+
+#[test]
+fn no_bit_depends_on_the_checkpoints() {
+    for (subject, s) in [(pendulum(), 2), (four_bar(), 3), (spatial(), 2)] {
+        let name = subject.name;
+        let (mut run, controls, objective) =
+            run_with(subject, options(SchemeKind::Nodal, s, 0.02), STEPS);
+        let start = run.state().clone();
+        let mut of = |checkpoints| {
+            run.place_at(&start);
+            let task = Task { checkpoints, ..task(&objective, &controls) };
+            let Gradient { value, initial, controls, .. } = Gradient::of(&mut run, &task).unwrap();
+            let parts = [&initial.q, &initial.p, &initial.z].into_iter().chain(&controls);
+            let all = parts.flatten().chain([&value]);
+            all.map(|x| x.to_bits()).collect::<Vec<u64>>()
+        };
+        let expected = of(Checkpoints::All);
+        let size = 12 * 8 * start.q.len();
+        for checkpoints in [
+            Checkpoints::Every(1),
+            Checkpoints::Every(3),
+            Checkpoints::Every(7),
+            Checkpoints::Memory(0),
+            Checkpoints::Memory(8 * size),
+            Checkpoints::default(),
+        ] {
+            assert_eq!(of(checkpoints), expected, "{name}, {checkpoints:?}");
+        }
+    }
+}
+
+/// `dJ/dp̄_0` and `dJ/dw` of a number at the end of 0.8 s, with efforts that stay.
+fn smooth(mut subject: Subject, s: usize, steps: usize) -> Vec<f64> {
+    let last = subject.built.mechanism.dim() - 12;
+    let of = |(of, effort): &(_, HeldEffort)| {
+        let coordinate = subject.built.coordinate(*of).unwrap();
+        Box::new(JointControl { effort: effort.clone(), coordinate }) as Box<dyn ControlForce>
+    };
+    let forces: Vec<_> = subject.controlled.iter().map(of).collect();
+    let values = vec![(0..forces.len()).map(|k| 1.3 - k as f64).collect()];
+    let controls = Controls::new(forces, values, steps);
+    let point = Form::point(last, &Vector3::new(0.3, 0.1, -0.2));
+    let quantity = PointComponent { point, axis: 2 };
+    let objective = Objective::new().with(1.0, Terminal { quantity, target: 0.4 });
+    let h = 0.8 / steps as f64;
+    let mut run = subject.built.integrator(options(SchemeKind::Nodal, s, h)).unwrap();
+    let task = Task { steps, ..task(&objective, &controls) };
+    let found = Gradient::of(&mut run, &task).unwrap();
+    [found.initial.p, found.controls.concat()].concat()
+}
+
+#[test]
+fn gradients_converge_with_the_order_of_the_motion() {
+    let subjects: [(fn() -> Subject, [usize; 3]); 2] =
+        [(pendulum, [20, 10, 5]), (four_bar, [40, 80, 40])];
+    for (subject, steps) in subjects {
+        let name = subject().name;
+        let exact = smooth(subject(), 6, 160);
+        for (s, coarse) in [1, 2, 3].into_iter().zip(steps) {
+            let error = |steps: usize| {
+                let found = smooth(subject(), s, steps);
+                let apart: Vec<f64> = found.iter().zip(&exact).map(|(x, y)| x - y).collect();
+                norm_inf(&apart) / norm_inf(&exact)
+            };
+            let errors = [1, 2, 4, 8].map(|k| error(k * coarse));
+            let orders: Vec<f64> =
+                errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+            println!("{name}, s = {s}: errors {errors:?}, orders {orders:.2?}");
+            let order = orders[2];
+            assert!((order - 2.0 * s as f64).abs() < 0.2, "{name}, s = {s}: {orders:?}");
         }
     }
 }
