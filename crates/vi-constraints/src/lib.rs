@@ -42,7 +42,8 @@
 //! | [`NodeSolvers`](node_solvers::NodeSolvers), [`RateOperators`](node_solvers::RateOperators) | `v̂` and `λ` of a node from the structure of a mechanism; without them by the saddle-point matrix |
 //! | [`FastestMotions`](fastest_motion::FastestMotions) | the fastest vibrations about a node, with and without potentials: what a step has to resolve |
 //! | [`LegendreTransforms`], [`TangentMap`](tangent_map::TangentMap) | (34)–(42) of given configurations; the exact tangent of a step |
-//! | [`StepLinearization`](linearization::StepLinearization), [`CostateSweep`](costate_sweep::CostateSweep) | the same with forces, sources and memory; backward for costates, by it or by the structure of a mechanism |
+//! | [`StepLinearization`](linearization::StepLinearization), [`GalerkinLinearization`](galerkin::GalerkinLinearization), [`Linearization`](costate_sweep::Linearization) | the same with forces, sources and memory, forward and backward: of a step, of a Galerkin step, of any |
+//! | [`CostateSweep`](costate_sweep::CostateSweep) | trait: backward for costates, by these or by the structure of a mechanism |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine

@@ -1,7 +1,7 @@
 //! Costates pulled back over the steps of a motion, by whatever solves with the transposed matrix.
 //!
 //! ```text
-//! a_n = dJ/dq_n,   b_n = dJ/dp̄_n           from those of n + 1, step by step [2.38], [2.53]
+//! a_n = dJ/dq_n,   b_n = dJ/dp̄_n           from those of n + 1, step by step [2.38], [2.50]
 //! ```
 //! [`Linearization`] solves with the saddle-point matrix of any constraints. What knows the
 //! structure of a mechanism may hold another momentum `p̃_n` than `p̄_n` while `q_n` is varied: one
@@ -155,7 +155,7 @@ impl Linearization {
     }
 
     /// Replaces a tangent at the start of the step by its image at the end, with these sources
-    /// [2.37], [2.52].
+    /// [2.37], [2.49].
     ///
     /// # Errors
     /// [`LinearizationError`].

@@ -5,12 +5,12 @@
 //! ```text
 //! Σ_j≥1 H_ij δq_j − G(q_i)ᵀ δΛ_i + Σ_k w_{i,z} δz_k = −(δ_i0 δp̄ + H_i0 δq + w_{s,i})   i = 0 … s−1
 //! G(q_j) δq_j = −g_{s,j}   j = 1 … s,     δz_k − h Σ_j A_kj δφ_j = δz
-//! δp̄' = Σ_j H_sj δq_j + Σ_k w_{s,z} δz_k + w_{s,s},     δz' = δz + h Σ_k b_k δφ_k                 [2.52]
+//! δp̄' = Σ_j H_sj δq_j + Σ_k w_{s,z} δz_k + w_{s,s},     δz' = δz + h Σ_k b_k δφ_k                 [2.49]
 //! ```
 //! Backward with the transposed matrix, from the costates `a', b', y'` to those at the start:
 //! ```text
 //! Σ_i H_ijᵀ m_i + G(q_j)ᵀ σ_j − … = δ_js a' + H_sjᵀ b' + …,     G(q_i) m_i = 0
-//! x = (−m_0 … −m_{s−1}, b'),   a = Σ_i H_i0ᵀ x_i + …,   b = −m_0,   y = y' + Σ_k ζ_k               [2.53]
+//! x = (−m_0 … −m_{s−1}, b'),   a = Σ_i H_i0ᵀ x_i + …,   b = −m_0,   y = y' + Σ_k ζ_k               [2.50]
 //! dJ = Σ_i x_i·w_{s,i} − Σ_j σ_j·g_{s,j}
 //! ```
 //! One sparse factorization over independent rows serves both. What acts at a Gauss node is what a
@@ -182,7 +182,7 @@ impl GalerkinLinearization {
     }
 
     /// Replaces a tangent at the start of the step by its image at the end, with the sources that
-    /// were added [2.52].
+    /// were added [2.49].
     ///
     /// # Errors
     /// [`LinearizationError`].
@@ -250,7 +250,7 @@ impl GalerkinLinearization {
     }
 
     /// Replaces the costate at the end of the step, derivatives by `q'` included that only this
-    /// step has, by that at its start [2.53].
+    /// step has, by that at its start [2.50].
     ///
     /// # Errors
     /// [`Singular`].
