@@ -11,6 +11,7 @@
 
 use super::control_points::ControlPoints;
 use crate::constraints::Constraints;
+use crate::least_norm::LeastNorm;
 use crate::saddle_point::{JacobianPlace, SaddlePoint};
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -25,6 +26,8 @@ use vi_core::sparse::{Block, Entries, SparseMatrix};
 pub(super) struct Blocks {
     pub(super) points: ControlPoints,
     pub(super) multiplier: SaddlePoint,     // [I Gᵀ; G 0]
+    least: LeastNorm,                       // the same where no row is redundant
+    jacobian: Option<SparseMatrix>,         // m × n  G
     pub(super) impulses: Vec<Vec<f64>>,     // s × m  Λ_i
     pub(super) states: Vec<StateRates>,     // s  where there are continuous states; else none
     slopes: Vec<[Option<SparseMatrix>; 2]>, // s  F_q, F_v, n × n
@@ -55,6 +58,8 @@ impl Blocks {
             x: vec![0.0; n + multiplier.rows().len()],
             none: vec![0.0; m],
             multiplier,
+            least: LeastNorm::default(),
+            jacobian: None,
         }
     }
 
@@ -164,13 +169,20 @@ impl Blocks {
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
     ) -> Result<bool, Singular> {
-        let Self { points, multiplier, impulses, w, x, none, .. } = self;
-        let n = w.len();
+        let Self { points, multiplier, least, jacobian, impulses, w, x, none, .. } = self;
+        let (n, m) = (w.len(), none.len());
+        let independent = multiplier.rows().len() == m;
         let identity = |out: &mut dyn Entries| (0..n).for_each(|i| out.add(i, i, 1.0));
         let mut worn = false;
         for (i, impulse) in impulses.iter_mut().enumerate() {
             points.balance(system, i, w);
             let at = Configuration::new(points.time(i), points.q(i));
+            let emit = |out: &mut dyn Entries| constraints.jacobian(at.t, at.q, out);
+            if independent
+                && least.solve(SparseMatrix::update(jacobian, (m, n), emit), w, impulse).is_ok()
+            {
+                continue;
+            }
             let (upper, lower) = x.split_at_mut(n);
             upper.copy_from_slice(w);
             multiplier.rows().gather(none, lower);
