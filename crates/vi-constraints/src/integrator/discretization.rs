@@ -40,8 +40,8 @@ impl<'a> Step<'a> {
         Self { s, gauss: &[], polynomial: None, multipliers }
     }
 
-    /// The step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step: the last is the step, of the
-    /// others increments count.
+    /// The step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step: the last is the step, of
+    /// the others increments count.
     #[must_use]
     pub fn points(&self) -> &'a [Interval] {
         self.polynomial.map_or(std::slice::from_ref(self.s), |polynomial| polynomial.points)

@@ -21,8 +21,8 @@ use vi_core::linear::Singular;
 /// Pulls costates back. `points`: the step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step,
 /// of which the last is the step.
 pub trait CostateSweep<S, C> {
-    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step from `p̃_n` in `out`, shape
-    /// `n`.
+    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step from `p̃_n` in `out`,
+    /// shape `n`.
     fn momentum(&mut self, system: &S, points: &[Interval], out: &mut [f64]);
 
     /// Makes `a`, the derivative by `q_N` with `p̄_N` held, one with `p̃_N` held, after the last
@@ -172,8 +172,8 @@ impl Linearization {
         }
     }
 
-    /// Visits the parts of the equations of the last step, with impulses and the costates of the last
-    /// pull.
+    /// Visits the parts of the equations of the last step, with impulses and the costates of the
+    /// last pull.
     pub fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {
         match self {
             Self::Step(step, _) => {
