@@ -240,4 +240,5 @@ def main():
             table(limit, ((method, steps, *solved(problem, method, steps)) for steps in problem.steps))
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -16,7 +16,7 @@ use vi_control::{
     Checkpoints, ControlForce, Controls, Direction, Gradient, JointControl, Sensitivities, Task,
 };
 use vi_core::linear::dot;
-use vi_core::{Interval, MechanicalSystem, Quadrature};
+use vi_core::{MechanicalSystem, Quadrature};
 use vi_multibody::builder::{BuiltMechanism, Inertia, JointId, MechanismBuilder, PointOn};
 use vi_multibody::design::start::{StartCoordinate, StartDerivatives, StartTangent, derivatives};
 use vi_multibody::design::{

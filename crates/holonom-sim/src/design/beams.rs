@@ -14,6 +14,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use std::sync::Arc;
 use vi_beam::Rest;
 use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent, StepRule};
+use vi_constraints::Method;
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::{MechanismTangent, StepTangent};
 use vi_rigid::directors::{self, FRAME};
@@ -37,12 +38,12 @@ impl Chain<'_> {
         }
         let dynamics = &self.system.dynamics;
         let settings = &self.model.settings;
-        if let Some(Method::Galerkin(_)) = settings.method() {
+        if let Method::Galerkin(_) = settings.method() {
             let what = format!(
                 "the derivative by `{}` of a section in Galerkin steps",
                 self.formulas.name()
             );
-            let help = format!("write simulation.high_order = \"composition\", or {LEAVE_OUT}");
+            let help = format!("write simulation.method = \"composition\", or {LEAVE_OUT}");
             return Err(refused("beam", what, help));
         }
         let longest = if settings.order > 2 { LONGEST * settings.step } else { settings.step };

@@ -13,7 +13,7 @@ use super::{LEAVE_OUT, ModelTangent, refused};
 use crate::start::How;
 use holonom_model::ModelError;
 use vi_constraints::Constraints;
-use vi_constraints::design::Design;
+use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::StepLinearization;
 use vi_constraints::saddle_point::SaddlePoint;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -117,10 +117,24 @@ impl Equilibrium {
         let (n, m) = (start.at.q.len(), start.mechanism.len());
         let [mut minus, mut plus] = [vec![0.0; n], vec![0.0; n]];
         let mut rows = vec![0.0; m];
-        design.add_tangent(k, &self.about, &self.impulse, &mut minus, &mut plus, &mut rows);
+        design.add_tangent(
+            k,
+            Place::Step(&self.about),
+            &self.impulse,
+            &mut minus,
+            &mut plus,
+            &mut rows,
+        );
         let mut x: Vec<f64> = minus.iter().map(|b| -b).collect();
         rows.fill(0.0);
-        design.add_tangent(k, &self.until, &self.impulse, &mut minus, &mut plus, &mut rows);
+        design.add_tangent(
+            k,
+            Place::Step(&self.until),
+            &self.impulse,
+            &mut minus,
+            &mut plus,
+            &mut rows,
+        );
         rows.iter_mut().for_each(|row| *row = -*row);
         x.resize(n + start.rows.len(), 0.0);
         start.rows.gather(&rows, &mut x[n..]);

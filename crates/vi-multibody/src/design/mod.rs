@@ -41,7 +41,7 @@ use std::sync::Arc;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
-use vi_core::{Quadrature, SparseMatrix};
+use vi_core::{Interval, Quadrature, SparseMatrix};
 
 /// A derivative that is not available.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
