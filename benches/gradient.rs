@@ -1,11 +1,11 @@
 //! What a gradient costs, in runs: by one sweep backward, whatever the number of derivatives.
 //!
-//! Chains of hinges (`benches/chain.rs`) with motors, a four-bar linkage, the six-hinge linkage on
-//! the edges of a cube; by the masses or by the lengths of links as parameters, by values of
-//! controls. A run and a gradient are taken in turn, each 25 times; the least times count, and
-//! their ratio. A gradient is shorter than a time slice: on a loaded machine longer ones are all
-//! interrupted. At the end chains of 32 to 512 links: how the time of a gradient grows with them.
-//! Names among the arguments choose cases.
+//! Chains of hinges (`benches/chain.rs`) with motors and in Galerkin steps, a four-bar linkage, the
+//! six-hinge linkage on the edges of a cube; by the masses or by the lengths of links as
+//! parameters, by values of controls. A run and a gradient are taken in turn, each 25 times; the
+//! least times count, and their ratio. A gradient is shorter than a time slice: on a loaded machine
+//! longer ones are all interrupted. At the end chains of 32 to 512 links: how the time of a
+//! gradient grows with them. Names among the arguments choose cases.
 #![allow(clippy::unwrap_used)] // a bench
 
 use holonom::nalgebra::{Matrix3, Vector3};
@@ -14,6 +14,7 @@ use holonom::vi_control::objective::{Effort, Last, PointComponent};
 use holonom::vi_control::{
     Checkpoints, ControlForce, Controls, Gradient, JointControl, Objective, Task,
 };
+use holonom::vi_core::galerkin::Stages;
 use holonom::vi_core::{MechanicalSystem, Quadrature};
 use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::design::{BodyTangent, JointTangent, MechanismDesign, MechanismTangent};
@@ -36,6 +37,7 @@ fn chain(
     n: usize,
     (step, steps): (f64, usize),
     (motors, values): (usize, usize),
+    stages: Option<Stages>,
 ) -> (Case, MechanismIntegrator) {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
@@ -61,8 +63,15 @@ fn chain(
     let forces: Vec<_> = driven.into_iter().map(force).collect();
     let values = values.min(steps);
     let controls = Controls::new(forces, vec![vec![0.01; motors]; values], steps / values);
-    let run = built.integrator(Options::new(SchemeKind::Nodal, step)).unwrap();
-    (Case { name: format!("chain of {n}, h = {step} s"), steps, controls }, run)
+    let (options, how) = match stages {
+        Some(stages) => {
+            let how = format!(", Galerkin steps of order {}", stages.order());
+            (Options::new(SchemeKind::Nodal, step).galerkin(stages), how)
+        }
+        None => (Options::new(SchemeKind::Nodal, step), String::new()),
+    };
+    let run = built.integrator(options).unwrap();
+    (Case { name: format!("chain of {n}, h = {step} s{how}"), steps, controls }, run)
 }
 
 const LOOPS: [(&str, fn() -> MechanismIntegrator); 2] =
@@ -221,10 +230,17 @@ fn main() {
     let all = all.into_iter().chain([(512, 1e-3, 8), (512, 1e-2, 8)]);
     for (n, h, steps) in all.take(if quick { 1 } else { 7 }) {
         for motors in [none, held, many].into_iter().take(if n < 8 { 1 } else { 3 }) {
-            let (case, mut run) = chain(n, (h, steps), motors);
+            let (case, mut run) = chain(n, (h, steps), motors, None);
             if chosen(&case.name) {
                 report(&mut run, &case, rounds);
             }
+        }
+    }
+    let of_order = |stages: usize| Stages::new(stages).unwrap();
+    for (n, stages) in [(1, 2), (8, 2), (8, 3), (64, 2)] {
+        let (case, mut run) = chain(n, (1e-2, 8 + 100 / n), none, Some(of_order(stages)));
+        if chosen(&case.name) && !quick {
+            report(&mut run, &case, rounds);
         }
     }
     for (name, run) in LOOPS.into_iter().filter(|(name, _)| chosen(name)) {
@@ -241,7 +257,7 @@ fn growth(links: &[usize], rounds: usize) {
     for (by, count) in [(By::Masses, 1000), (By::Lengths, 10), (By::Lengths, 1000)] {
         let mut points = Vec::new();
         for &n in links {
-            let (case, mut run) = chain(n, (1e-3, 8), (0, 1));
+            let (case, mut run) = chain(n, (1e-3, 8), (0, 1), None);
             let seconds = measure(&mut run, &case, (by, count), rounds);
             points.push(seconds.map(|seconds| [(n as f64).ln(), seconds.ln()]));
         }

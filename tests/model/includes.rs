@@ -60,8 +60,8 @@ fn a_file_placed_four_times_is_the_model_written_by_hand() {
     }
 }
 
-/// Directions of a wrench that are fixed in space turn with the frame of the file; those of the body
-/// do not.
+/// Directions of a wrench that are fixed in space turn with the frame of the file; those of the
+/// body do not.
 #[test]
 fn controls_of_an_included_file_have_its_frame() {
     let folder = folder("controls");

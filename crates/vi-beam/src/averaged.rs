@@ -59,7 +59,6 @@
 
 use crate::at_start::{AtStart, OF_START};
 use crate::element::{Element, Elements, StrainLaw, without_extension};
-use crate::following::raised_by;
 use crate::small::{re, times};
 use crate::strain::Strain;
 use nalgebra::{Matrix6, Vector6};
@@ -204,6 +203,13 @@ pub(crate) fn mean_and_change<T: Number>(
     [start, end]: [Vector6<T>; 2],
 ) -> (Vector6<T>, Vector6<T>) {
     (times(0.5, &(start + end)), end - start) // [6.11]
+}
+
+/// Which of the tensions of three steps raises a bound, from the last one on.
+pub(crate) fn raised_by(element: &Element, bound: f64, tensions: [f64; 3]) -> Option<usize> {
+    let count = if element.carries_tension_only() { 1 } else { 3 };
+    let least = (0..count).min_by(|a, b| tensions[*a].total_cmp(&tensions[*b]))?;
+    (tensions[least] > bound).then_some(least)
 }
 
 impl AveragedStrains {

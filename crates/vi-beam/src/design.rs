@@ -183,8 +183,8 @@ impl Changed {
         })
     }
 
-    /// `1/ω²` with its derivative, of an element with a constant mean section; `None` where it has a
-    /// kink. `x`: where it is free of stress.
+    /// `1/ω²` with its derivative, of an element with a constant mean section; `None` where it has
+    /// a kink. `x`: where it is free of stress.
     fn slowness(&self, highest: &Highest, x: &ElementCoordinates) -> Option<Dual64> {
         let M = self.element.mass.matrix(self.element.length, &self.mass.map(|own| own.eps));
         let modes = highest.together(TOGETHER);
@@ -211,8 +211,8 @@ impl Changed {
         alike.then(|| Dual64::new(square.recip(), -slope / (square * square)))
     }
 
-    /// How the geometric stiffness at `x` changes: of a rope whose nodes are not along its arc, which
-    /// has tension where it is drawn.
+    /// How the geometric stiffness at `x` changes: of a rope whose nodes are not along its arc,
+    /// which has tension where it is drawn.
     fn geometric_change(&self, x: &ElementCoordinates) -> SMatrix<f64, SIZE, SIZE> {
         let reference = self.element.measures(x);
         let strain = self.strain_from(x, &reference.map(Dual64::from_re));

@@ -9,8 +9,9 @@
 //! kink; it is held as well.
 #![allow(non_snake_case)] // C
 
-use crate::averaged::{AveragedStrains, MARGIN, OF_BOUND, mean_and_change, tension_mass};
-use crate::element::Element;
+use crate::averaged::{
+    AveragedStrains, MARGIN, OF_BOUND, mean_and_change, raised_by, tension_mass,
+};
 use crate::strain::Strain;
 use nalgebra::Matrix6;
 use vi_core::interval::{Interval, Slot};
@@ -27,13 +28,6 @@ pub(crate) struct Followed {
     pub(crate) variable: usize,
     /// Which of `σ, σ_n, σ_{n−1}` raises it.
     pub(crate) raised_by: Option<usize>,
-}
-
-/// Which of the tensions of three steps raises a bound, from the last one on.
-pub(crate) fn raised_by(element: &Element, bound: f64, tensions: [f64; 3]) -> Option<usize> {
-    let count = if element.carries_tension_only() { 1 } else { 3 };
-    let least = (0..count).min_by(|a, b| tensions[*a].total_cmp(&tensions[*b]))?;
-    (tensions[least] > bound).then_some(least)
 }
 
 /// Adds the change of the variables of an element at the start, from its tension and how that

@@ -307,7 +307,8 @@ impl<T: Number> Section<T> {
             A[(2, 4)] = -sign * x_t;
             A
         };
-        self.seen_by(&own(T::of(1.0)).transpose(), &own(T::of(-1.0))) // A² of the parts off the diagonal vanishes
+        // the square of the parts off the diagonal vanishes
+        self.seen_by(&own(T::of(1.0)).transpose(), &own(T::of(-1.0)))
     }
 
     /// `ACAᵀ`, `AVAᵀ` and `BC⁻¹Bᵀ`.

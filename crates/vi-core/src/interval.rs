@@ -19,7 +19,6 @@
 //! a step turns a joint by less than `π`.
 
 use crate::configuration::Configuration;
-use crate::galerkin::GaussPoint;
 use crate::lanes::Lanes;
 use serde::{Deserialize, Serialize};
 
@@ -235,17 +234,16 @@ impl Interval {
         self.compensation.copy_from_slice(&other.compensation);
     }
 
-    /// Becomes a step of the same length, angles and coordinates as `other` whose ends have come
-    /// together at a Gauss node of it: both ends and the middle are `Q_k`, the velocity is `V_k`.
-    pub fn gather_at(&mut self, node: &GaussPoint, other: &Self) {
-        let h = other.h;
-        (self.t, self.h, self.t_rounding) = (node.t - 0.5 * h, h, 0.0);
+    /// Becomes a step of length `h` whose ends have come together, as at a Gauss node: both ends
+    /// and the middle are the configuration `at`, the velocity is `v`.
+    pub fn gather_at(&mut self, at: Configuration<'_>, v: &[f64], h: f64) {
+        let Configuration { t, q: place, angles, internal } = at;
+        (self.t, self.h, self.t_rounding) = (t - 0.5 * h, h, 0.0);
         for q in [&mut self.q0, &mut self.q1, &mut self.q_mid] {
-            q.copy_from_slice(&node.q);
+            q.copy_from_slice(place);
         }
-        self.v_mid.copy_from_slice(&node.v);
-        self.dq.iter_mut().zip(&node.v).for_each(|(dq, v)| *dq = h * v);
-        let Configuration { angles, internal, .. } = node.place(other);
+        self.v_mid.copy_from_slice(v);
+        self.dq.iter_mut().zip(v).for_each(|(dq, v)| *dq = h * v);
         self.angles.clear();
         self.angles.extend_from_slice(angles);
         self.internal.clear();

@@ -196,8 +196,8 @@ impl Chain<'_> {
         self.model.particles.iter().any(|own| control.body.as_ref() == Some(&own.name))
     }
 
-    /// A load on a body or on a particle, or what the value 1 of a control is: its key, and the name
-    /// of its force.
+    /// A load on a body or on a particle, or what the value 1 of a control is: its key, and the
+    /// name of its force.
     fn load(&self, (key, name): (&str, &str), load: &Load, out: &mut MechanismTangent) {
         let Some(member) = load.body.as_deref() else { return };
         let vector = |part: &str, value| self.slopes.vector(&format!("{key}.{part}"), value);

@@ -45,7 +45,7 @@ fn full_matrices_change_a_beam_that_flies() {
 /// The rates of free nodes are kept beside those that a joint states.
 #[test]
 fn nodes_keep_their_rates_beside_those_of_joints() {
-    let wheel = "[[body]]\nname = \"wheel\"\nmass = 0.2\ninertia = [0.01, 0.01, 0.02]\nposition = [3.0, 0.0, 0.0]\nangular_velocity = [0.0, 0.0, \"= 0.3*spin\"]\n[[joint]]\nname = \"axle\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"wheel\"\nposition = [3.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\nrate = \"= 0.3*spin\"\n[[beam]]\nname = \"wing\"";
+    let wheel = "[[body]]\nname = \"wheel\"\nmass = 0.2\ninertia = [0.01, 0.01, 0.02]\nposition = [3.0, 0.0, 0.0]\n[[joint]]\nname = \"axle\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"wheel\"\nposition = [3.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\nrate = \"= 0.3*spin\"\n[[beam]]\nname = \"wing\"";
     check("wheel", &changed(FLYING, &[("[[beam]]\nname = \"wing\"", wheel)]), 1e-8);
 }
 

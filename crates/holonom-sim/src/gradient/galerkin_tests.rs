@@ -2,7 +2,7 @@
 //! parameter may change.
 
 use super::expression_tests::{BODIES, CASES, FREE, of};
-use super::tests::{ARM, CONTROLLED, FLYING, LINKAGE, TURNED, found};
+use super::tests::{ARM, CONTROLLED, FLYING, LINKAGE, TURNED, WRENCHES, found};
 
 /// The same model by Galerkin steps of an order.
 fn by(text: &str, order: u32, scheme: &str) -> String {
@@ -15,7 +15,9 @@ fn by(text: &str, order: u32, scheme: &str) -> String {
 
 #[test]
 fn gradients_agree_with_differences_of_runs() {
+    let pushed = FLYING.to_owned() + WRENCHES;
     for (text, scheme) in [
+        (pushed.as_str(), "constrained"),
         (ARM, "nodal"),
         (ARM, "constrained"),
         (LINKAGE, "nodal"),

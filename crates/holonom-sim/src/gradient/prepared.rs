@@ -73,7 +73,8 @@ impl Prepared {
         let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
         let mut rows = vec![vec![0.0; inputs.len()]; steps];
         for (k, (control, input)) in model.controls.iter().zip(&inputs).enumerate() {
-            forces.extend(control_force(model, &mut system, control, input)); // the checks refuse none
+            // none: refused by the checks
+            forces.extend(control_force(model, &mut system, control, input));
             for (step, row) in rows.iter_mut().enumerate() {
                 let own = values.get(k).map_or(&[][..], Vec::as_slice);
                 let weighed = control.shape.weights(control.hold, step);

@@ -246,7 +246,7 @@ pub(super) fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFa
 
 /// Wrenches on what flies: fixed in space and turning with the body, at a point, in the axes of a
 /// frame that moves with a parameter, on a particle.
-const WRENCHES: &str = r#"
+pub(super) const WRENCHES: &str = r#"
 [[control]]
 name = "jet"
 body = "box"

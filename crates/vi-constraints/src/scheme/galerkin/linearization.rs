@@ -103,7 +103,9 @@ impl GalerkinLinearization {
         }
         let Self { blocks, matrix, gauss, between, none, .. } = self;
         let s = blocks.points.step();
-        gauss.iter_mut().zip(blocks.points.gauss()).for_each(|(own, node)| own.gather_at(node, s));
+        for (own, node) in gauss.iter_mut().zip(blocks.points.gauss()) {
+            own.gather_at(node.place(s), &node.v, s.h);
+        }
         for (i, own) in between.iter_mut().enumerate() {
             let [t, t_end] = [i, i + 1].map(|i| blocks.points.time(i));
             own.copy_from(s);
