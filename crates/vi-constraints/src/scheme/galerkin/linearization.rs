@@ -1,6 +1,6 @@
 //! A Galerkin step, linearized: tangents forward, costates backward.
 //!
-//! With `H_ij` of [`super::blocks`], impulses `Λ_i` of the control points, states `z_k` of signals
+//! With `H_ij` of `blocks.rs`, impulses `Λ_i` of the control points, states `z_k` of signals
 //! at the Gauss nodes and sources `w_s`, `g_s`:
 //! ```text
 //! Σ_j≥1 H_ij δq_j − G(q_i)ᵀ δΛ_i + Σ_k w_{i,z} δz_k = −(δ_i0 δp̄ + H_i0 δq + w_{s,i})   i = 0 … s−1
