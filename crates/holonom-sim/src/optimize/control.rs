@@ -1,45 +1,33 @@
 //! Controls: a motion and its efforts as a nonlinear program.
 //!
 //! The program, its refinement and the verdict are those of [`vi_control::optimum`]; here stand the
-//! sections of a model as a [`Problem`], the beginnings, and the run of what was found.
+//! beginnings of a search and its runs.
 
-use super::found::{
-    ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, Progress,
-    Refinement, Replayed, SEED, StartFound, Status, Step, Watch, plain,
-};
-use super::node::{begins, node};
+use super::found::{Found, OptimizeFailure, Progress, SEED, StartFound, Step, Watch};
+use super::node::begins;
+use super::reader::{Reader, supported};
+use super::verdict::{report, status};
 use crate::design::refused;
-use crate::gradient::TermValue;
-use crate::gradient::prepared::{Begin, Prepared, unit_load};
-use crate::gradient::quantity::Measured;
+use crate::gradient::prepared::{Begin, Prepared};
 use crate::output::RunFolder;
 use crate::random::Random;
 use crate::simulation::Simulation;
 use crate::system::input::Input;
 use crate::system::outside::Outside;
 use crate::system::{self, System};
-use holonom_model::{
-    Condition as Stated, ConditionKind, ConditionTime, ControlShape, CountedAt, History, Joint,
-    JointMotor, Load, Model, ModelError, MotionPath, ObjectiveKind, Optimize,
-};
-use nalgebra::Vector3;
+use holonom_model::{ConditionKind, Model, ModelError, Optimize};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
-use vi_control::objective::Quantity as _;
 use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
-use vi_control::program::{Iterate, NlpSolver, Outcome};
+use vi_control::program::{Iterate, NlpSolver};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, ProblemError,
-    Quantity, Rest, When,
+    FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity, Rest, When,
 };
 use vi_control::transcription::{Guess, Motion, Path, Transcription};
-use vi_core::Configuration;
-use vi_core::coordinate_force::SignedUnknown;
-use vi_multibody::form::{Form, Row};
 use vi_multibody::held_effort::HeldEffort;
 
 /// Size of disturbances of a beginning, m or rad.
@@ -219,220 +207,6 @@ fn nodes_of(model: &Model) -> Result<Vec<Vec<f64>>, ModelError> {
     Ok(nodes)
 }
 
-/// Refuses what the program does not have, by its key.
-fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
-    let refuse = |key: &str, what: &str, help: &str| Err(refused(key, what, help));
-    if !settings.parameters.is_empty() {
-        let help = "remove `parameters`, or the [[control]]";
-        return refuse("optimize.parameters", "parameters beside controls", help);
-    }
-    if model.settings.order != 2 {
-        return refuse(
-            "simulation.order",
-            "controls of a scheme of higher order",
-            "write order = 2",
-        );
-    }
-    if model.is_nonsmooth() {
-        let help = "remove contacts, stops and dry friction: their impulses have no derivative";
-        return refuse("contact", "controls beside impulses", help);
-    }
-    if model.has_velocity_constraints() {
-        let help = "remove rolling, blades and sums of rates";
-        return refuse("constraint", "controls beside constraints of velocities", help);
-    }
-    if model.objectives.is_empty() {
-        let help = "add an [[objective]]: effort, work, time, rate or sensor";
-        return refuse("objective", "an optimum of nothing", help);
-    }
-    for (k, own) in model.controls.iter().enumerate() {
-        let key = format!("control.{}", own.name);
-        if own.shape == ControlShape::Linear {
-            let help = "write shape = \"constant\"";
-            return refuse(&format!("{key}.shape"), "an optimum of efforts linear in time", help);
-        }
-        let Some(joint) = &own.joint else { continue };
-        let mut others = model.controls.iter().take(k);
-        let others = others.any(|other| other.joint.as_ref() == Some(joint));
-        let motor = model.joint(joint).is_some_and(|joint| joint.motor.is_some());
-        if others || motor {
-            let what = "an optimum of a control beside another effort of its joint";
-            let help = "the optimum is written as a motor, and a joint has one: keep one of them";
-            return refuse(&format!("{key}.joint"), what, help);
-        }
-    }
-    Ok(())
-}
-
-/// Reads sections as parts of a problem.
-struct Reader<'a> {
-    model: &'a Model,
-    system: &'a mut System,
-    /// The same with the controls.
-    acting: &'a System,
-    q: &'a [f64],
-    t: f64,
-}
-
-impl Reader<'_> {
-    fn unknown(&self, joint: usize, freedom: usize) -> Option<SignedUnknown> {
-        let mechanism = &self.system.mechanism;
-        mechanism.tree().unknown_of(mechanism.description().joints.get(joint)?, freedom)
-    }
-
-    fn control(&self, own: &holonom_model::Control) -> Result<Control, ModelError> {
-        let refuse = |part: &str, what: String, help: &str| {
-            Err(refused(&format!("control.{}.{part}", own.name), what, help))
-        };
-        let acts = match &own.joint {
-            Some(name) => {
-                let joint = self.model.joints.iter().position(|joint| joint.name == *name);
-                let Some(along) = joint.and_then(|joint| self.unknown(joint, own.freedom)) else {
-                    let what =
-                        format!("an optimum of an effort along `{name}`, which closes a loop");
-                    let help = "write `cut = true` at another joint of the loop";
-                    return refuse("joint", what, help);
-                };
-                Acts::Along(along)
-            }
-            None => match unit_load(self.acting, &Input::of(own)) {
-                Some(load) => Acts::Wrench(load),
-                None => {
-                    let what = "an optimum of a force on a point mass".to_owned();
-                    return refuse("body", what, "let it act on a body");
-                }
-            },
-        };
-        let bounds = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
-        Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold })
-    }
-
-    /// A sensor as a quantity, and whether it is half the square of what it shows.
-    fn quantity(&mut self, key: &str, sensor: &str) -> Result<(Quantity, bool), ModelError> {
-        let own = Measured::of(self.model, &mut self.system.mechanism, key, sensor)?;
-        Ok(match &own {
-            Measured::Point(own) => {
-                let along = Form::constant(Vector3::ith(own.axis, 1.0));
-                (Quantity::Product(Row::product(own.point.clone(), along, 0.0)), false)
-            }
-            Measured::Distance(between) => (Quantity::Product(Row::distance(between, 0.0)), true),
-            Measured::Joint { joint, freedom, .. } => {
-                let start = own.value(Configuration::new(self.t, self.q));
-                let Some(unknown) = self.unknown(*joint, *freedom) else {
-                    let what = format!("`{sensor}`, a coordinate of a joint that closes a loop");
-                    return Err(refused(key, what, "measure another joint, or a position"));
-                };
-                (Quantity::Joint { unknown, start }, false)
-            }
-        })
-    }
-
-    fn costs(&mut self) -> Result<Vec<Cost>, ModelError> {
-        let (model, mut costs) = (self.model, Vec::new());
-        for own in &model.objectives {
-            let is_of = |name: &String| own.controls.is_empty() || own.controls.contains(name);
-            let all = 0..model.controls.len();
-            let places = all.filter(|&k| is_of(&model.controls[k].name)).collect();
-            let kind = match own.kind {
-                ObjectiveKind::Effort => CostKind::Effort(places),
-                ObjectiveKind::Work => CostKind::Work(places),
-                ObjectiveKind::Rate => CostKind::Rate(places),
-                ObjectiveKind::Time => CostKind::Time,
-                ObjectiveKind::Sensor => {
-                    let key = format!("objective.{}.sensor", own.name);
-                    let sensor = own.sensor.as_deref().unwrap_or_default();
-                    let (quantity, squared) = self.quantity(&key, sensor)?;
-                    if squared {
-                        let help = "take positions or joint coordinates, or a [[condition]]";
-                        return Err(refused(&key, "the cost of a distance", help));
-                    }
-                    let when = match own.at {
-                        CountedAt::End => When::End,
-                        CountedAt::Path => When::Path,
-                    };
-                    CostKind::Deviation { quantity, target: own.target, when }
-                }
-            };
-            costs.push(Cost { weight: own.weight, kind });
-        }
-        Ok(costs)
-    }
-
-    fn condition(&mut self, own: &Stated) -> Result<Condition, ModelError> {
-        let key = format!("condition.{}", own.name);
-        let sensor = own.sensor.as_deref().unwrap_or_default();
-        let (quantity, squared) = self.quantity(&format!("{key}.sensor"), sensor)?;
-        let mut bounds = own.bounds();
-        if squared {
-            if bounds[1] < 0.0 {
-                return Err(refused(&key, "a negative distance", "write positive bounds"));
-            }
-            bounds = bounds.map(|x| 0.5 * x * x.abs()); // of half a square
-        }
-        let when = match own.at {
-            ConditionTime::Word(CountedAt::End) => When::End,
-            ConditionTime::Word(CountedAt::Path) => When::Path,
-            ConditionTime::Time(t) => When::Node(node(self.model, &own.name, t)?),
-        };
-        if let (When::Path, Quantity::Joint { start, .. }) = (when, &quantity)
-            && !(bounds[0]..=bounds[1]).contains(start)
-        {
-            let what = format!("a start outside of the bounds: `{sensor}` begins with {start}");
-            return Err(refused(&key, what, "widen the bounds, or begin within them"));
-        }
-        Ok(Condition { name: own.name.clone(), quantity, when, bounds })
-    }
-
-    fn rest(&self, own: &Stated) -> Result<Rest, ModelError> {
-        if own.of.is_empty() {
-            return Ok(Rest::All);
-        }
-        let mut unknowns = Vec::new();
-        for name in &own.of {
-            let joint = self.model.joints.iter().position(|joint| joint.name == *name);
-            let count = joint.map_or(0, |k| self.model.joints[k].pair().dof());
-            for freedom in 0..count {
-                let found = joint.and_then(|joint| self.unknown(joint, freedom));
-                let Some(unknown) = found else {
-                    let key = format!("condition.{}.of", own.name);
-                    let what = format!("rest of `{name}`, which closes a loop");
-                    return Err(refused(&key, what, "leave `of` out: all comes to rest"));
-                };
-                unknowns.push(unknown.index);
-            }
-        }
-        Ok(Rest::Unknowns(unknowns))
-    }
-}
-
-/// The model of a motion with its controls as motors and loads, for an ordinary run.
-fn moved(model: &Model, motion: &Motion) -> Model {
-    let mut own = model.clone();
-    own.settings.step = motion.step;
-    own.settings.end = motion.step * motion.controls.len() as f64;
-    for (k, control) in model.controls.iter().enumerate() {
-        let values = motion.controls.iter().map(|row| row[k]).collect();
-        let history = History::Steps { values, step: Some(motion.step) };
-        if let Some(load) = control.load() {
-            own.loads.push(Load { history, ..load });
-            continue;
-        }
-        let motor = JointMotor {
-            freedom: control.freedom,
-            effort: 1.0,
-            history,
-            proportional: 0.0,
-            derivative: 0.0,
-            path: MotionPath::default(),
-        };
-        let is_own = |joint: &&mut Joint| Some(&joint.name) == control.joint.as_ref();
-        let joint = own.joints.iter_mut().find(is_own);
-        joint.into_iter().for_each(|joint| joint.motor = Some(motor.clone()));
-    }
-    plain(&mut own);
-    own
-}
-
 /// Finds the controls of a model.
 pub(super) fn control(
     model: &Model,
@@ -486,127 +260,4 @@ pub(super) fn control(
         return Err(OptimizeFailure::Run("there is no search".to_owned()));
     };
     Ok(report(model, found, (rows, starts)))
-}
-
-fn status(verdict: &Verdict) -> Status {
-    match verdict {
-        Verdict::Optimal => Status::Optimal,
-        Verdict::Infeasible(_) => Status::Infeasible,
-        Verdict::Stopped => Status::Stopped,
-        Verdict::Unfinished(_) => Status::Unfinished,
-        Verdict::NotOptimal => Status::NotOptimal,
-        Verdict::OtherMotion => Status::OtherMotion,
-        Verdict::TurnsTooFar { .. } => Status::TurnsTooFar,
-    }
-}
-
-fn report(model: &Model, found: Optimum, (rows, starts): (Vec<Step>, Vec<StartFound>)) -> Found {
-    let motion = &found.motion;
-    let steps = motion.controls.len();
-    let term = |(own, value): (&holonom_model::Objective, &f64)| TermValue {
-        name: own.name.clone(),
-        value: *value,
-    };
-    let used = |(k, own): (usize, &holonom_model::Control)| {
-        let values = motion.controls.iter().map(|row| row[k]);
-        let size = values.clone().fold(0.0_f64, |most, value| most.max(value.abs()));
-        let near = |value: f64, bound: f64| (value - bound).abs() <= 1e-6 * size.max(1e-300);
-        let bounds = [own.min, own.max];
-        let at_bound = |value: &f64| bounds.iter().flatten().any(|bound| near(*value, *bound));
-        ControlFound {
-            name: own.name.clone(),
-            min: own.min,
-            max: own.max,
-            largest: size,
-            at_bounds: values.filter(at_bound).count(),
-        }
-    };
-    let with_sensor = || model.conditions.iter().filter(|own| own.kind == ConditionKind::Sensor);
-    let met = |(k, own): (usize, &Stated)| {
-        let is_distance = own.sensor.as_deref().is_some_and(|name| {
-            model.sensors.iter().any(|sensor| {
-                sensor.name == name && sensor.kind == holonom_model::SensorKind::Distance
-            })
-        });
-        let at = found.met.iter().filter(|met| met.condition == k);
-        ConditionMet::of(
-            own,
-            at.map(|met| match is_distance {
-                true => {
-                    let length = (2.0 * met.value).max(0.0).sqrt(); // of half a square
-                    (length, met.multiplier * length)
-                }
-                false => (met.value, met.multiplier),
-            }),
-        )
-    };
-    let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
-    let missed = match &found.verdict {
-        Verdict::Infeasible(rows) => rows.clone(),
-        Verdict::Unfinished(outcome) => {
-            std::iter::once(unfinished(outcome)).chain(steep(&conditions, found.cost())).collect()
-        }
-        Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
-        Verdict::TurnsTooFar { step, turn } => {
-            vec![format!("{turn:.2} rad in step {step}: take more steps")]
-        }
-        _ => Vec::new(),
-    };
-    let (of, time) = (found.refinements.iter(), motion.step * steps as f64);
-    let report = OptimumReport {
-        model: model.header.name.clone(),
-        status: status(&found.verdict),
-        missed,
-        steps,
-        step: motion.step,
-        time,
-        cost: found.cost(),
-        terms: model.objectives.iter().zip(&motion.costs).map(term).collect(),
-        controls: model.controls.iter().enumerate().map(used).collect(),
-        conditions,
-        iterations: found.iterations,
-        sufficient: Some(found.is_sufficient()),
-        refinements: of.map(|&(steps, cost)| Refinement { steps, cost }).collect(),
-        judged: Some(Judged {
-            stationarity: found.kkt.stationarity,
-            violation: found.kkt.violation,
-            complementarity: found.kkt.complementarity,
-        }),
-        replay: found.replay.as_ref().map(|own| Replayed {
-            deviation: own.deviation,
-            node: own.node,
-            by_steps: own.by_steps,
-        }),
-        starts: if starts.len() > 1 { starts } else { Vec::new() },
-        ..OptimumReport::default()
-    };
-    let (model, controls) = (moved(model, motion), motion.controls.clone());
-    Found { report, steps: rows, model, costates: found.costates, controls }
-}
-
-/// Why a method has not finished, in words.
-fn unfinished(outcome: &Outcome) -> String {
-    match outcome {
-        Outcome::Exhausted => "`max_iterations` of [optimize] were made".to_owned(),
-        Outcome::Failed("Not_Enough_Degrees_Of_Freedom") => {
-            "conditions ask for more than the controls have values: take more steps, or ask for less"
-                .to_owned()
-        }
-        Outcome::Failed(words) => format!("the method says {words}"),
-        other => format!("the method says {other:?}"),
-    }
-}
-
-/// What is said where a method has not converged and prices have grown without bound: multipliers
-/// `y` with `∇f + Jᵀy = 0` of that size state that rows of `J` depend on one another, to `1/|y|`.
-fn steep(conditions: &[ConditionMet], cost: f64) -> Option<String> {
-    const STEEP: f64 = 1e5; // times the cost for one unit
-    let dearest = conditions.iter().max_by(|a, b| a.price.abs().total_cmp(&b.price.abs()))?;
-    (dearest.price.abs() > STEEP * cost.abs()).then(|| {
-        format!(
-            "the price of `{}` grows without bound, {:.0e}: nothing changes it there, as a component at its largest value, \
-             or it depends on other conditions; state other components",
-            dearest.name, dearest.price
-        )
-    })
 }

@@ -3,7 +3,7 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | `control` | controls, and the time |
+//! | `control`, `reader`, `verdict` | controls, and the time: a search, what it is asked for, what it has found |
 //! | `design` | parameters alone |
 //! | `node` | times on nodes and within bounds |
 //! | `found`, `tables` | what an optimum is |
@@ -14,9 +14,11 @@ mod control_tests;
 mod design;
 mod found;
 mod node;
+mod reader;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod verdict;
 
 pub use found::{
     ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, ParameterFound,

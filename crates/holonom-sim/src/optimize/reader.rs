@@ -1,0 +1,210 @@
+//! The sections of a model as parts of a problem of optimal control, and what it does not have.
+
+use super::node::node;
+use crate::design::refused;
+use crate::gradient::prepared::unit_load;
+use crate::gradient::quantity::Measured;
+use crate::system::System;
+use crate::system::input::Input;
+use holonom_model::{
+    Condition as Stated, ConditionTime, ControlShape, CountedAt, Model, ModelError, ObjectiveKind,
+    Optimize,
+};
+use nalgebra::Vector3;
+use vi_control::objective::Quantity as _;
+use vi_control::transcription::problem::{
+    Acts, Condition, Control, Cost, CostKind, Quantity, Rest, When,
+};
+use vi_core::Configuration;
+use vi_core::coordinate_force::SignedUnknown;
+use vi_multibody::form::{Form, Row};
+
+/// Refuses what the program does not have, by its key.
+pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
+    let refuse = |key: &str, what: &str, help: &str| Err(refused(key, what, help));
+    if !settings.parameters.is_empty() {
+        let help = "remove `parameters`, or the [[control]]";
+        return refuse("optimize.parameters", "parameters beside controls", help);
+    }
+    if model.settings.order != 2 {
+        return refuse(
+            "simulation.order",
+            "controls of a scheme of higher order",
+            "write order = 2",
+        );
+    }
+    if model.is_nonsmooth() {
+        let help = "remove contacts, stops and dry friction: their impulses have no derivative";
+        return refuse("contact", "controls beside impulses", help);
+    }
+    if model.has_velocity_constraints() {
+        let help = "remove rolling, blades and sums of rates";
+        return refuse("constraint", "controls beside constraints of velocities", help);
+    }
+    if model.objectives.is_empty() {
+        let help = "add an [[objective]]: effort, work, time, rate or sensor";
+        return refuse("objective", "an optimum of nothing", help);
+    }
+    for (k, own) in model.controls.iter().enumerate() {
+        let key = format!("control.{}", own.name);
+        if own.shape == ControlShape::Linear {
+            let help = "write shape = \"constant\"";
+            return refuse(&format!("{key}.shape"), "an optimum of efforts linear in time", help);
+        }
+        let Some(joint) = &own.joint else { continue };
+        let mut others = model.controls.iter().take(k);
+        let others = others.any(|other| other.joint.as_ref() == Some(joint));
+        let motor = model.joint(joint).is_some_and(|joint| joint.motor.is_some());
+        if others || motor {
+            let what = "an optimum of a control beside another effort of its joint";
+            let help = "the optimum is written as a motor, and a joint has one: keep one of them";
+            return refuse(&format!("{key}.joint"), what, help);
+        }
+    }
+    Ok(())
+}
+
+/// Reads sections as parts of a problem.
+pub(super) struct Reader<'a> {
+    pub(super) model: &'a Model,
+    pub(super) system: &'a mut System,
+    /// The same with the controls.
+    pub(super) acting: &'a System,
+    pub(super) q: &'a [f64],
+    pub(super) t: f64,
+}
+
+impl Reader<'_> {
+    fn unknown(&self, joint: usize, freedom: usize) -> Option<SignedUnknown> {
+        let mechanism = &self.system.mechanism;
+        mechanism.tree().unknown_of(mechanism.description().joints.get(joint)?, freedom)
+    }
+
+    /// A control.
+    pub(super) fn control(&self, own: &holonom_model::Control) -> Result<Control, ModelError> {
+        let refuse = |part: &str, what: String, help: &str| {
+            Err(refused(&format!("control.{}.{part}", own.name), what, help))
+        };
+        let acts = match &own.joint {
+            Some(name) => {
+                let joint = self.model.joints.iter().position(|joint| joint.name == *name);
+                let Some(along) = joint.and_then(|joint| self.unknown(joint, own.freedom)) else {
+                    let what =
+                        format!("an optimum of an effort along `{name}`, which closes a loop");
+                    let help = "write `cut = true` at another joint of the loop";
+                    return refuse("joint", what, help);
+                };
+                Acts::Along(along)
+            }
+            None => match unit_load(self.acting, &Input::of(own)) {
+                Some(load) => Acts::Wrench(load),
+                None => {
+                    let what = "an optimum of a force on a point mass".to_owned();
+                    return refuse("body", what, "let it act on a body");
+                }
+            },
+        };
+        let bounds = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
+        Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold })
+    }
+
+    /// A sensor as a quantity, and whether it is half the square of what it shows.
+    fn quantity(&mut self, key: &str, sensor: &str) -> Result<(Quantity, bool), ModelError> {
+        let own = Measured::of(self.model, &mut self.system.mechanism, key, sensor)?;
+        Ok(match &own {
+            Measured::Point(own) => {
+                let along = Form::constant(Vector3::ith(own.axis, 1.0));
+                (Quantity::Product(Row::product(own.point.clone(), along, 0.0)), false)
+            }
+            Measured::Distance(between) => (Quantity::Product(Row::distance(between, 0.0)), true),
+            Measured::Joint { joint, freedom, .. } => {
+                let start = own.value(Configuration::new(self.t, self.q));
+                let Some(unknown) = self.unknown(*joint, *freedom) else {
+                    let what = format!("`{sensor}`, a coordinate of a joint that closes a loop");
+                    return Err(refused(key, what, "measure another joint, or a position"));
+                };
+                (Quantity::Joint { unknown, start }, false)
+            }
+        })
+    }
+
+    /// All objectives.
+    pub(super) fn costs(&mut self) -> Result<Vec<Cost>, ModelError> {
+        let (model, mut costs) = (self.model, Vec::new());
+        for own in &model.objectives {
+            let is_of = |name: &String| own.controls.is_empty() || own.controls.contains(name);
+            let all = 0..model.controls.len();
+            let places = all.filter(|&k| is_of(&model.controls[k].name)).collect();
+            let kind = match own.kind {
+                ObjectiveKind::Effort => CostKind::Effort(places),
+                ObjectiveKind::Work => CostKind::Work(places),
+                ObjectiveKind::Rate => CostKind::Rate(places),
+                ObjectiveKind::Time => CostKind::Time,
+                ObjectiveKind::Sensor => {
+                    let key = format!("objective.{}.sensor", own.name);
+                    let sensor = own.sensor.as_deref().unwrap_or_default();
+                    let (quantity, squared) = self.quantity(&key, sensor)?;
+                    if squared {
+                        let help = "take positions or joint coordinates, or a [[condition]]";
+                        return Err(refused(&key, "the cost of a distance", help));
+                    }
+                    let when = match own.at {
+                        CountedAt::End => When::End,
+                        CountedAt::Path => When::Path,
+                    };
+                    CostKind::Deviation { quantity, target: own.target, when }
+                }
+            };
+            costs.push(Cost { weight: own.weight, kind });
+        }
+        Ok(costs)
+    }
+
+    /// A condition on a sensor.
+    pub(super) fn condition(&mut self, own: &Stated) -> Result<Condition, ModelError> {
+        let key = format!("condition.{}", own.name);
+        let sensor = own.sensor.as_deref().unwrap_or_default();
+        let (quantity, squared) = self.quantity(&format!("{key}.sensor"), sensor)?;
+        let mut bounds = own.bounds();
+        if squared {
+            if bounds[1] < 0.0 {
+                return Err(refused(&key, "a negative distance", "write positive bounds"));
+            }
+            bounds = bounds.map(|x| 0.5 * x * x.abs()); // of half a square
+        }
+        let when = match own.at {
+            ConditionTime::Word(CountedAt::End) => When::End,
+            ConditionTime::Word(CountedAt::Path) => When::Path,
+            ConditionTime::Time(t) => When::Node(node(self.model, &own.name, t)?),
+        };
+        if let (When::Path, Quantity::Joint { start, .. }) = (when, &quantity)
+            && !(bounds[0]..=bounds[1]).contains(start)
+        {
+            let what = format!("a start outside of the bounds: `{sensor}` begins with {start}");
+            return Err(refused(&key, what, "widen the bounds, or begin within them"));
+        }
+        Ok(Condition { name: own.name.clone(), quantity, when, bounds })
+    }
+
+    /// A condition of rest.
+    pub(super) fn rest(&self, own: &Stated) -> Result<Rest, ModelError> {
+        if own.of.is_empty() {
+            return Ok(Rest::All);
+        }
+        let mut unknowns = Vec::new();
+        for name in &own.of {
+            let joint = self.model.joints.iter().position(|joint| joint.name == *name);
+            let count = joint.map_or(0, |k| self.model.joints[k].pair().dof());
+            for freedom in 0..count {
+                let found = joint.and_then(|joint| self.unknown(joint, freedom));
+                let Some(unknown) = found else {
+                    let key = format!("condition.{}.of", own.name);
+                    let what = format!("rest of `{name}`, which closes a loop");
+                    return Err(refused(&key, what, "leave `of` out: all comes to rest"));
+                };
+                unknowns.push(unknown.index);
+            }
+        }
+        Ok(Rest::Unknowns(unknowns))
+    }
+}

@@ -1,0 +1,168 @@
+//! What a search has found, as a report with the model of its motion.
+
+use super::found::{
+    ConditionMet, ControlFound, Found, Judged, OptimumReport, Refinement, Replayed, StartFound,
+    Status, Step, plain,
+};
+use crate::gradient::TermValue;
+use holonom_model::{
+    Condition as Stated, ConditionKind, History, Joint, JointMotor, Load, Model, MotionPath,
+};
+use vi_control::optimum::{Optimum, Verdict};
+use vi_control::program::Outcome;
+use vi_control::transcription::Motion;
+
+/// The model of a motion with its controls as motors and loads, for an ordinary run.
+fn moved(model: &Model, motion: &Motion) -> Model {
+    let mut own = model.clone();
+    own.settings.step = motion.step;
+    own.settings.end = motion.step * motion.controls.len() as f64;
+    for (k, control) in model.controls.iter().enumerate() {
+        let values = motion.controls.iter().map(|row| row[k]).collect();
+        let history = History::Steps { values, step: Some(motion.step) };
+        if let Some(load) = control.load() {
+            own.loads.push(Load { history, ..load });
+            continue;
+        }
+        let motor = JointMotor {
+            freedom: control.freedom,
+            effort: 1.0,
+            history,
+            proportional: 0.0,
+            derivative: 0.0,
+            path: MotionPath::default(),
+        };
+        let is_own = |joint: &&mut Joint| Some(&joint.name) == control.joint.as_ref();
+        let joint = own.joints.iter_mut().find(is_own);
+        joint.into_iter().for_each(|joint| joint.motor = Some(motor.clone()));
+    }
+    plain(&mut own);
+    own
+}
+
+pub(super) fn status(verdict: &Verdict) -> Status {
+    match verdict {
+        Verdict::Optimal => Status::Optimal,
+        Verdict::Infeasible(_) => Status::Infeasible,
+        Verdict::Stopped => Status::Stopped,
+        Verdict::Unfinished(_) => Status::Unfinished,
+        Verdict::NotOptimal => Status::NotOptimal,
+        Verdict::OtherMotion => Status::OtherMotion,
+        Verdict::TurnsTooFar { .. } => Status::TurnsTooFar,
+    }
+}
+
+pub(super) fn report(
+    model: &Model,
+    found: Optimum,
+    (rows, starts): (Vec<Step>, Vec<StartFound>),
+) -> Found {
+    let motion = &found.motion;
+    let steps = motion.controls.len();
+    let term = |(own, value): (&holonom_model::Objective, &f64)| TermValue {
+        name: own.name.clone(),
+        value: *value,
+    };
+    let used = |(k, own): (usize, &holonom_model::Control)| {
+        let values = motion.controls.iter().map(|row| row[k]);
+        let size = values.clone().fold(0.0_f64, |most, value| most.max(value.abs()));
+        let near = |value: f64, bound: f64| (value - bound).abs() <= 1e-6 * size.max(1e-300);
+        let bounds = [own.min, own.max];
+        let at_bound = |value: &f64| bounds.iter().flatten().any(|bound| near(*value, *bound));
+        ControlFound {
+            name: own.name.clone(),
+            min: own.min,
+            max: own.max,
+            largest: size,
+            at_bounds: values.filter(at_bound).count(),
+        }
+    };
+    let with_sensor = || model.conditions.iter().filter(|own| own.kind == ConditionKind::Sensor);
+    let met = |(k, own): (usize, &Stated)| {
+        let is_distance = own.sensor.as_deref().is_some_and(|name| {
+            model.sensors.iter().any(|sensor| {
+                sensor.name == name && sensor.kind == holonom_model::SensorKind::Distance
+            })
+        });
+        let at = found.met.iter().filter(|met| met.condition == k);
+        ConditionMet::of(
+            own,
+            at.map(|met| match is_distance {
+                true => {
+                    let length = (2.0 * met.value).max(0.0).sqrt(); // of half a square
+                    (length, met.multiplier * length)
+                }
+                false => (met.value, met.multiplier),
+            }),
+        )
+    };
+    let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
+    let missed = match &found.verdict {
+        Verdict::Infeasible(rows) => rows.clone(),
+        Verdict::Unfinished(outcome) => {
+            std::iter::once(unfinished(outcome)).chain(steep(&conditions, found.cost())).collect()
+        }
+        Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
+        Verdict::TurnsTooFar { step, turn } => {
+            vec![format!("{turn:.2} rad in step {step}: take more steps")]
+        }
+        _ => Vec::new(),
+    };
+    let (of, time) = (found.refinements.iter(), motion.step * steps as f64);
+    let report = OptimumReport {
+        model: model.header.name.clone(),
+        status: status(&found.verdict),
+        missed,
+        steps,
+        step: motion.step,
+        time,
+        cost: found.cost(),
+        terms: model.objectives.iter().zip(&motion.costs).map(term).collect(),
+        controls: model.controls.iter().enumerate().map(used).collect(),
+        conditions,
+        iterations: found.iterations,
+        sufficient: Some(found.is_sufficient()),
+        refinements: of.map(|&(steps, cost)| Refinement { steps, cost }).collect(),
+        judged: Some(Judged {
+            stationarity: found.kkt.stationarity,
+            violation: found.kkt.violation,
+            complementarity: found.kkt.complementarity,
+        }),
+        replay: found.replay.as_ref().map(|own| Replayed {
+            deviation: own.deviation,
+            node: own.node,
+            by_steps: own.by_steps,
+        }),
+        starts: if starts.len() > 1 { starts } else { Vec::new() },
+        ..OptimumReport::default()
+    };
+    let (model, controls) = (moved(model, motion), motion.controls.clone());
+    Found { report, steps: rows, model, costates: found.costates, controls }
+}
+
+/// Why a method has not finished, in words.
+fn unfinished(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Exhausted => "`max_iterations` of [optimize] were made".to_owned(),
+        Outcome::Failed("Not_Enough_Degrees_Of_Freedom") => {
+            "conditions ask for more than the controls have values: take more steps, or ask for less"
+                .to_owned()
+        }
+        Outcome::Failed(words) => format!("the method says {words}"),
+        other => format!("the method says {other:?}"),
+    }
+}
+
+/// What is said where a method has not converged and prices have grown without bound: multipliers
+/// `y` with `∇f + Jᵀy = 0` of that size state that rows of `J` depend on one another, to `1/|y|`.
+fn steep(conditions: &[ConditionMet], cost: f64) -> Option<String> {
+    const STEEP: f64 = 1e5; // times the cost for one unit
+    let dearest = conditions.iter().max_by(|a, b| a.price.abs().total_cmp(&b.price.abs()))?;
+    (dearest.price.abs() > STEEP * cost.abs()).then(|| {
+        format!(
+            "the price of `{}` grows without bound, {:.0e}: nothing changes it there, as a component at its largest value, \
+             or it depends on other conditions; state other components",
+            dearest.name, dearest.price
+        )
+    })
+}
