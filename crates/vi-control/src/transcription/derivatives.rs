@@ -36,7 +36,7 @@ pub(super) type Sink<'a> = dyn FnMut(usize, usize, f64) + 'a;
 struct Slopes<'a> {
     of: &'a Transcription,
     s: &'a Interval,
-    wrenches: Vec<Load>, // of the controls, with the values of the step
+    wrenches: &'a [Load],
 }
 
 /// `X ↦ (inertial part, other part)`.
@@ -105,9 +105,7 @@ fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMat
 
 impl Transcription {
     fn slopes<'a>(&'a self, point: &'a Point, step: usize) -> Slopes<'a> {
-        let value = |k: usize| point.x[self.layout.control(k, step)];
-        let wrenches = self.wrenches().map(|(k, load)| load.scaled(value(k))).collect();
-        Slopes { of: self, s: &point.intervals[step], wrenches }
+        Slopes { of: self, s: &point.intervals[step], wrenches: &point.wrenches[step] }
     }
 
     /// The impulses of closures at a node with their negative sizes: what they add to `W`.
@@ -551,10 +549,8 @@ impl Transcription {
             }
         }
         if let Some(time) = self.layout.time {
-            let along = |(node, impulse): (usize, _)| -> f64 {
-                dot(impulse, load.of_frame(bent[node][0].as_slice()))
-            };
-            let sum: f64 = [n, n + 1].into_iter().zip(&impulses).map(|(k, f)| along((k, f))).sum();
+            let along = |i: usize| dot(&impulses[i], load.of_frame(bent[n + i][0].as_slice()));
+            let sum: f64 = [0, 1].map(along).iter().sum();
             out(time, control, sum / (point.h * self.problem.steps as f64));
         }
     }

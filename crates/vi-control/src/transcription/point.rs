@@ -55,6 +55,8 @@ pub(super) struct Point {
     pub(super) intervals: Vec<Interval>,
     /// Of each step.
     pub(super) along: Vec<Vec<Along>>,
+    /// The wrenches of controls in each step, with their values.
+    pub(super) wrenches: Vec<Vec<Load>>,
 }
 
 impl Transcription {
@@ -89,16 +91,20 @@ impl Transcription {
             nodes.push(Node { placed, columns, inertial: zero(), other: zero(), balance: zero() });
         }
         let (mut intervals, mut along) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
+        let mut wrenches = Vec::with_capacity(steps);
         let mut scratch = vec![0.0; self.n];
         for n in 0..steps {
             let t = self.start_time + n as f64 * h;
             let s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
             self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
-            for (k, load) in self.wrenches() {
-                let load = load.scaled(x[self.layout.control(k, n)]);
+            let value = |k: usize| x[self.layout.control(k, n)];
+            let acting = self.wrenches().map(|(k, load)| load.scaled(value(k)));
+            let acting: Vec<Load> = acting.collect();
+            for load in &acting {
                 load.add_minus(&s, &mut nodes[n].other);
                 load.add_plus(&s, &mut nodes[n + 1].other);
             }
+            wrenches.push(acting);
             along.push(self.along_at(x, n, &s));
             intervals.push(s);
         }
@@ -115,7 +121,7 @@ impl Transcription {
                 row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
-        Ok(Point { x: x.to_vec(), h, nodes, intervals, along })
+        Ok(Point { x: x.to_vec(), h, nodes, intervals, along, wrenches })
     }
 
     /// The closures whose impulses act at node `n`.
