@@ -179,21 +179,7 @@ fn wrenched(run: &Run) -> Checks {
     };
     let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
     checks.near("cost", found.value, cost_of_loads(&values), 1e-11);
-    for (k, name) in ["jet", "wind"].into_iter().enumerate() {
-        let own = found.controls.iter().find(|own| own.name == name);
-        let own = own.map_or(&[][..], |own| &own.derivatives);
-        checks.near("values", own.len() as f64, VALUES[k].len() as f64, 1e-3);
-        for i in 0..VALUES[k].len() {
-            let changed = |by: f64| {
-                let mut values = values.clone();
-                values[k][i] += by;
-                cost_of_loads(&values)
-            };
-            let slope = (changed(1e-4) - changed(-1e-4)) / 2e-4;
-            let own = own.get(i).copied().unwrap_or(f64::INFINITY);
-            checks.near(&format!("{name} {i}"), own, slope, 1e-7);
-        }
-    }
+    compare(&mut checks, &found, ["jet", "wind"], (1e-4, 1e-7), &cost_of_loads);
     checks
 }
 
@@ -286,6 +272,32 @@ fn designed(run: &Run) -> Checks {
     checks
 }
 
+/// Derivatives by the values of both controls against central differences of a cost, by so much and
+/// to a tolerance.
+fn compare(
+    checks: &mut Checks,
+    found: &ModelGradient,
+    names: [&str; 2],
+    (by, tolerance): (f64, f64),
+    cost: &dyn Fn(&[Vec<f64>]) -> f64,
+) {
+    for (k, name) in names.into_iter().enumerate() {
+        let own = found.controls.iter().find(|own| own.name == name);
+        let own = own.map_or(&[][..], |own| &own.derivatives);
+        checks.near("values", own.len() as f64, VALUES[k].len() as f64, 1e-3);
+        for i in 0..VALUES[k].len() {
+            let changed = |by: f64| {
+                let mut values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
+                values[k][i] += by;
+                cost(&values)
+            };
+            let slope = (changed(by) - changed(-by)) / (2.0 * by);
+            let own = own.get(i).copied().unwrap_or(f64::INFINITY);
+            checks.near(&format!("{name} {i}"), own, slope, tolerance);
+        }
+    }
+}
+
 fn judged(run: &Run) -> Checks {
     let mut checks = Checks::default();
     let Some(found) = found(&run.document.to_string()) else {
@@ -298,20 +310,6 @@ fn judged(run: &Run) -> Checks {
         let own = found.terms.iter().find(|own| own.name == name);
         checks.near(name, own.map_or(f64::INFINITY, |own| own.value), value, 1e-11);
     }
-    for (k, name) in ["push", "pull"].into_iter().enumerate() {
-        let own = found.controls.iter().find(|own| own.name == name);
-        let own = own.map_or(&[][..], |own| &own.derivatives);
-        checks.near("values", own.len() as f64, VALUES[k].len() as f64, 1e-3);
-        for i in 0..VALUES[k].len() {
-            let changed = |by: f64| {
-                let mut values = values.clone();
-                values[k][i] += by;
-                cost(&values)
-            };
-            let slope = 0.5 * (changed(1.0) - changed(-1.0));
-            let own = own.get(i).copied().unwrap_or(f64::INFINITY);
-            checks.near(&format!("{name} {i}"), own, slope, 1e-11);
-        }
-    }
+    compare(&mut checks, &found, ["push", "pull"], (1.0, 1e-11), &cost);
     checks
 }

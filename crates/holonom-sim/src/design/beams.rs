@@ -27,11 +27,7 @@ impl Chain<'_> {
     pub(super) fn beams(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
         let mut changes = Vec::new();
         for (beam, parts) in self.stated.beams.iter().zip(&self.system.beams.list) {
-            let mut beam = beam.clone();
-            if let Some(resolved) = self.model.beam(&beam.name) {
-                beam.stations.clone_from(&resolved.stations); // of a file
-            }
-            self.beam(&beam, parts, &mut changes)?;
+            self.beam(beam, parts, &mut changes)?;
         }
         if changes.is_empty() {
             return Ok(());
@@ -84,6 +80,10 @@ impl Chain<'_> {
         let moves = ["section", "stations", "prestress", "curvature", "tension"];
         if !moves.iter().any(|part| self.slopes.touches(&format!("{key}.{part}"))) {
             return Ok(());
+        }
+        let mut beam = beam.clone();
+        if let Some(resolved) = self.model.beam(&beam.name) {
+            beam.stations.clone_from(&resolved.stations); // of a file
         }
         let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
         let sections = beam.section_tangents(&|part| number(part, 0.0).eps);

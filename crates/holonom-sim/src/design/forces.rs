@@ -34,8 +34,8 @@ impl Chain<'_> {
             }
         }
         for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
-            let names = (&format!("control.{}", own.name), &Input::of(own).source());
-            own.load().into_iter().for_each(|load| self.load((names.0, names.1), &load, out));
+            let (key, name) = (format!("control.{}", own.name), Input::of(own).source());
+            own.load().into_iter().for_each(|load| self.load((&key, &name), &load, out));
         }
         Ok(())
     }
