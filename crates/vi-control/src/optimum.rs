@@ -83,6 +83,9 @@ pub struct Optimum {
     pub iterations: usize,
     /// Number of steps and cost of each refinement, the last one included.
     pub refinements: Vec<(usize, f64)>,
+    /// Where it is no optimum: conditions that controls could not meet at the guess, to first
+    /// order: one alone that nothing changes, or several that change together.
+    pub unreached: Vec<Vec<String>>,
 }
 
 impl Optimum {
@@ -145,7 +148,12 @@ pub fn optimize(
         if k > 0 && solved.outcome != Outcome::Stopped {
             continue;
         }
-        return Ok(judged(setting, solved, iterations, refinements));
+        let mut found = judged(setting, solved, iterations, refinements);
+        if !matches!(found.verdict, Verdict::Optimal | Verdict::Stopped) {
+            let first = setting.program(steps, None)?;
+            found.unreached = first.unreached(&first.start().x).unwrap_or_default();
+        }
+        return Ok(found);
     }
     unreachable!("the last refinement returns")
 }
@@ -251,6 +259,7 @@ fn judged(
         iterates: solved.iterates,
         iterations,
         refinements,
+        unreached: Vec::new(),
     }
 }
 

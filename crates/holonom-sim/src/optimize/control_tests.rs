@@ -84,11 +84,7 @@ fn a_torque_on_a_body_swings_it_up_at_the_stored_cost() {
     }
 }
 
-/// Two thrusters bring a body that is free to rest elsewhere and turned, in the plane: the cost of
-/// the way is that of the discrete double integrator, `6 m² d²/(h³ N (N² − 1))`.
-#[test]
-fn thrusters_bring_a_free_body_to_rest() {
-    let text = r#"
+const TUG: &str = r#"
 model = { name = "tug", gravity = [0.0, 0.0, 0.0] }
 simulation = { step = 0.1, end = 2.0 }
 body = [{ name = "tug", mass = 2.0, inertia = [0.3, 0.4, 0.5], position = [0.0, 0.0, 0.0] }]
@@ -97,7 +93,12 @@ control = [{ name = "x", body = "tug", force = [1.0, 0.0, 0.0] }, { name = "y", 
 objective = [{ name = "cheap", type = "effort" }]
 condition = [{ name = "there", sensor = "place.x", equals = 1.5 }, { name = "aside", sensor = "place.y", equals = -0.8 }, { name = "stop", type = "rest" }]
 "#;
-    let found = found(text).unwrap();
+
+/// Two thrusters bring a body that is free to rest elsewhere and turned, in the plane: the cost of
+/// the way is that of the discrete double integrator, `6 m² d²/(h³ N (N² − 1))`.
+#[test]
+fn thrusters_bring_a_free_body_to_rest() {
+    let found = found(TUG).unwrap();
     let (h, n) = (0.1_f64, 20.0);
     let way = |d: f64, unit: f64| 6.0 * (2.0 * d / unit).powi(2) / (h.powi(3) * n * (n * n - 1.0));
     let wanted = way(1.5, 1.0) + way(0.8, 2.0);
@@ -249,4 +250,39 @@ fn a_four_bar_comes_to_rest_at_the_stored_cost() {
     assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
     assert!((found.report.cost - 8.43491718802377).abs() < 1e-7, "{}", found.report.cost);
     assert!(found.report.replay.unwrap().deviation < 1e-8);
+}
+
+/// Conditions that the controls cannot meet at the guess are named: a component that is extreme
+/// there, two that contradict one another, more than there are values of controls; what can be met
+/// is not.
+#[test]
+fn conditions_out_of_reach_are_named() {
+    let of = |from: &str, to: &str| {
+        let text = PENDULUM.replace(from, to);
+        assert_ne!(text, PENDULUM);
+        found(&text).unwrap().report
+    };
+    let up = "{ name = \"up\", sensor = \"angle\", equals = 3.141592653589793 }";
+    // the height of the rod is least where the search begins and ends
+    let height = "{ name = \"high\", sensor = \"place.z\", equals = 0.4 }";
+    let report = of(up, height);
+    println!("{:?}: {:?}", report.status, report.missed);
+    assert!(report.missed.iter().any(|own| own.starts_with("no control changes `high`")));
+    let both = format!("{up}, {{ name = \"aside\", sensor = \"place.x\", equals = 0.3 }}");
+    let report = of(up, &both);
+    println!("{:?}: {:?}", report.status, report.missed);
+    assert_ne!(report.status, Status::Optimal);
+    let named =
+        |own: &String| own.starts_with("`up` at node 40, `aside` at node 40 change together");
+    assert!(report.missed.iter().any(named), "{:?}", report.missed);
+    // what bounds of controls alone forbid is within reach to first order; so is rest along axes
+    // that no thruster moves, for nothing else does
+    let weak = of("joint = \"hinge\" }]\nobj", "joint = \"hinge\", min = -0.3, max = 0.3 }]\nobj");
+    let text =
+        TUG.replace("force = [1.0, 0.0, 0.0]", "force = [1.0, 0.0, 0.0], min = -0.1, max = 0.1");
+    for report in [weak, found(&text).unwrap().report] {
+        println!("{:?}: {:?}", report.status, report.missed);
+        assert_eq!(report.status, Status::Infeasible);
+        assert!(!report.missed.iter().any(|own| own.contains("at the guess")), "{report:?}");
+    }
 }

@@ -97,7 +97,7 @@ pub(super) fn report(
         )
     };
     let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
-    let missed = match &found.verdict {
+    let mut missed = match &found.verdict {
         Verdict::Infeasible(rows) => rows.clone(),
         Verdict::Unfinished(outcome) => {
             std::iter::once(unfinished(outcome)).chain(steep(&conditions, found.cost())).collect()
@@ -108,6 +108,7 @@ pub(super) fn report(
         }
         _ => Vec::new(),
     };
+    missed.extend(found.unreached.iter().map(|names| unreached(names)));
     let (of, time) = (found.refinements.iter(), motion.step * steps as f64);
     let report = OptimumReport {
         model: model.header.name.clone(),
@@ -150,6 +151,20 @@ fn unfinished(outcome: &Outcome) -> String {
         }
         Outcome::Failed(words) => format!("the method says {words}"),
         other => format!("the method says {other:?}"),
+    }
+}
+
+/// Conditions that controls cannot meet at the guess, in words.
+fn unreached(names: &[String]) -> String {
+    let all = names.join(", ");
+    let help = "begin elsewhere (`guess` of [optimize])";
+    match names {
+        [_] => format!(
+            "no control changes {all} at the guess, to first order: {help}, or state another component"
+        ),
+        _ => format!(
+            "{all} change together at the guess, whatever the controls, and are not met together: {help}, or ask for fewer"
+        ),
     }
 }
 

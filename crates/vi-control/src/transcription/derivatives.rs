@@ -138,7 +138,7 @@ impl Transcription {
     }
 
     /// `∇g·K_k` of a product at a node.
-    fn slope_along(&self, point: &Point, n: usize, row: &Row) -> Vec<f64> {
+    pub(super) fn slope_along(&self, point: &Point, n: usize, row: &Row) -> Vec<f64> {
         let node = &point.nodes[n];
         let mut slope = vec![0.0; self.chart.dof()];
         row.for_each_slope(&node.placed.q, |i, g| {

@@ -21,6 +21,7 @@ mod guess;
 mod layout;
 mod point;
 pub mod problem;
+mod reach;
 
 use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
 use chart::{Chart, Reference};
@@ -287,6 +288,33 @@ impl Transcription {
         Ok(())
     }
 
+    /// `out ← g`.
+    fn row_values_at(&self, point: &Point, out: &mut [f64]) {
+        let d = self.chart.dof();
+        let mut residual = vec![0.0; d];
+        for n in 0..=self.problem.steps {
+            self.residual(point, n, &mut residual);
+            for (row, j) in self.balances_at(n) {
+                out[row] = residual[j];
+            }
+            if n > 0 {
+                for (k, row) in self.closures.iter().enumerate() {
+                    out[self.layout.closure(n) + k] = row.value(&point.nodes[n].placed.q);
+                }
+            }
+        }
+        for n in 0..self.problem.steps {
+            for (k, &j) in self.turning.iter().enumerate() {
+                let own = |n: usize| self.layout.coordinate(n).map_or(0.0, |at| point.x[at + j]);
+                out[self.layout.turn(n) + k] = own(n + 1) - own(n);
+            }
+        }
+        for placed in &self.layout.conditions {
+            let quantity = &self.problem.conditions[placed.condition].quantity;
+            out[placed.row] = self.quantity(point, quantity, placed.node);
+        }
+    }
+
     fn at(&self) -> &Point {
         self.point.as_ref().expect("the program was moved to a point")
     }
@@ -455,29 +483,7 @@ impl Program for Transcription {
     }
 
     fn row_values(&self, out: &mut [f64]) {
-        let (point, d) = (self.at(), self.chart.dof());
-        let mut residual = vec![0.0; d];
-        for n in 0..=self.problem.steps {
-            self.residual(point, n, &mut residual);
-            for (row, j) in self.balances_at(n) {
-                out[row] = residual[j];
-            }
-            if n > 0 {
-                for (k, row) in self.closures.iter().enumerate() {
-                    out[self.layout.closure(n) + k] = row.value(&point.nodes[n].placed.q);
-                }
-            }
-        }
-        for n in 0..self.problem.steps {
-            for (k, &j) in self.turning.iter().enumerate() {
-                let own = |n: usize| self.layout.coordinate(n).map_or(0.0, |at| point.x[at + j]);
-                out[self.layout.turn(n) + k] = own(n + 1) - own(n);
-            }
-        }
-        for placed in &self.layout.conditions {
-            let quantity = &self.problem.conditions[placed.condition].quantity;
-            out[placed.row] = self.quantity(point, quantity, placed.node);
-        }
+        self.row_values_at(self.at(), out);
     }
 
     fn jacobian(&self, out: &mut [f64]) {
