@@ -7,9 +7,8 @@ use serde_json::Value;
 use std::sync::Arc;
 use vi_constraints::SchemeKind;
 use vi_constraints::linearization::Tangent;
-use vi_control::identification::{Experiment, MotionResiduals, Reading, Series, Trial};
+use vi_control::identification::{Experiment, Measurable, MotionResiduals, Reading, Series, Trial};
 use vi_control::least_squares::{Estimate, FitError, LeastSquares, Parameter, Refused};
-use vi_control::objective::Quantity;
 use vi_control::{ControlForce, Controls, Direction, JointControl};
 use vi_core::{MechanicalSystem, Quadrature};
 use vi_multibody::design::start::{StartCoordinate, derivatives};
@@ -127,11 +126,12 @@ impl Experiment for Unknown {
         }
         let rows = list(&case.value, "controls").iter().map(numbers).collect();
         let controls = Controls::new(forces, rows, 1);
-        let mut quantities: Vec<Box<dyn Quantity>> = Vec::new();
+        let mut quantities = Vec::new();
         for series in list(&case.value, "measurements") {
             let freedom = series.get("freedom").map_or(0, whole);
             let joint = whole(&series["joint"]);
-            quantities.push(Box::new(built.mechanism.coordinate(joint, freedom).unwrap()));
+            let own = built.mechanism.coordinate(joint, freedom).unwrap();
+            quantities.push(Measurable::Configuration(Box::new(own)));
         }
         let of_tree = StartCoordinate::of_tree(&built.mechanism);
         let given = case.value["initial"].get("independent");

@@ -149,8 +149,10 @@ impl Gradient {
             step: Tape::size(n, stages, state.angles.len(), state.internal.len()),
         };
         let levels = levels(task.checkpoints, task.steps, sizes);
-        let moves = task.design.is_some_and(Design::moves_constraints);
-        let along = if moves { Tangents::OfBodies } else { Tangents::OfMechanism };
+        // where nodes cost, p̃ has to be a momentum of their velocity
+        let whole =
+            task.design.is_some_and(Design::moves_constraints) || task.objective.counts_nodes();
+        let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
         let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as _;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
@@ -160,6 +162,7 @@ impl Gradient {
             costates: run.costate_sweep(along).unwrap_or_else(general),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
+            nodes: Vec::new(),
             of_step: StepGradient::zero(n, task.controls.count()),
             sources: Sources::zero(n, m),
             sums: vec![0.0; task.design.map_or(0, Design::sums)],
@@ -187,13 +190,51 @@ impl Gradient {
     }
 }
 
+/// What a node costs, and when it is.
+struct Cost {
+    value: f64,
+    t: f64,
+}
+
+impl Cost {
+    fn of(objective: &Objective, node: &State) -> Self {
+        Self { value: objective.of_node(node), t: node.t }
+    }
+
+    /// What both nodes of a step cost, by the trapezoidal rule.
+    fn until(&self, objective: &Objective, node: &State) -> f64 {
+        0.5 * (node.t - self.t) * (self.value + objective.of_node(node))
+    }
+}
+
+/// Adds the derivatives of what node `k` of some in a row costs, with steps of equal length on both
+/// sides of it but at the ends of the run; returns that by the length of all steps, times it.
+fn add_node(
+    task: &Task<'_>,
+    (nodes, k): (&[State], usize),
+    at_end: bool,
+    costate: &mut Costate,
+    parameters: &mut [f64],
+) -> f64 {
+    let (Some(node), objective) = (nodes.get(k), task.objective) else { return 0.0 };
+    let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
+    let length = nodes[to].t - nodes[from].t;
+    let weight = if at_end { 0.5 * length } else { length };
+    objective.add_of_node(node, weight, &mut costate.q, &mut costate.p);
+    if task.design.is_some() {
+        objective.add_parameters_of_node(node, weight, parameters);
+    }
+    if task.by_step { weight * objective.of_node(node) } else { 0.0 }
+}
+
 /// A sweep backward under way.
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     start: f64, // t_0
     costates: Box<dyn CostateSweep<S, C>>,
     costate: Costate,
-    p: Vec<f64>, // n  the momentum that is held where the run is
+    p: Vec<f64>,       // n  the momentum that is held where the run is
+    nodes: Vec<State>, // of the recorded macro steps, with p̃, where they cost
     of_step: StepGradient,
     sources: Sources,
     sums: Vec<f64>, // over the steps, of parameters
@@ -253,6 +294,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let Self { found, costates, p, .. } = self;
         let last = steps.end - 1;
         for step in steps {
+            let before = Cost::of(objective, run.state());
             controls.set(step);
             let w = controls.at(step);
             let taken = run.step_with(&mut |system, _, taken| {
@@ -264,6 +306,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+            if counts {
+                found.value += before.until(objective, run.state());
+            }
         }
         Ok(())
     }
@@ -276,9 +321,14 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
         self.tape.clear();
-        let Self { tape, found, first, costates, p, .. } = self;
+        let Self { tape, nodes, found, first, costates, p, .. } = self;
+        nodes.clear();
         let ends = steps.end == self.task.steps;
         for step in steps {
+            let before = Cost::of(objective, run.state());
+            if objective.counts_nodes() {
+                nodes.push(State::new(run.state().t, run.state().q.clone(), p.clone()));
+            }
             controls.set(step);
             let w = controls.at(step);
             let taken = run.step_with(&mut |system, _, taken| {
@@ -289,6 +339,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 costates.momentum(system, taken.points(), p);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+            if *first {
+                found.value += before.until(objective, run.state());
+            }
+        }
+        if objective.counts_nodes() {
+            nodes.push(State::new(run.state().t, run.state().q.clone(), p.clone()));
         }
         if ends && *first {
             self.end(run);
@@ -311,8 +367,13 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     fn back(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError> {
         let Task { objective, controls, design, by_step, .. } = *self.task;
         let (system, constraints) = (run.system(), run.constraints());
-        let Self { costates, costate, of_step, sources, sums, tape, found, .. } = self;
+        let Self { costates, costate, of_step, sources, sums, tape, nodes, found, .. } = self;
         for k in (0..tape.len()).rev() {
+            if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
+                let last = (&nodes[..], nodes.len().saturating_sub(1));
+                let found = &mut found.parameters;
+                self.by_step += add_node(self.task, last, true, costate, found);
+            }
             let Taken { step, points, p } = tape.at(k);
             let s = points.last().expect("a step has an end");
             let singular = |_: Singular| GradientError::Singular { step: step + 1 };
@@ -357,6 +418,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             });
             refused.map_or(Ok(()), Err)?;
             self.by_step += along;
+            if k == 0 || tape.step(k - 1) != step {
+                let (node, found) = ((&nodes[..], step - tape.step(0)), &mut found.parameters);
+                self.by_step += add_node(self.task, node, step == 0, costate, found);
+            }
         }
         Ok(())
     }

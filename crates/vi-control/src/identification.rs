@@ -7,7 +7,8 @@
 //! δẏ_n = D²y[v̂_n, δq_n] + ∇y·δv̂_n + (∇y)_θ v̂_n
 //! ```
 //! Hermite's cubic polynomials between nodes, and their derivatives for rates, have a higher order
-//! than the scheme of order 2. All derivatives come from tangents beside one run; least squares do
+//! than the scheme of order 2; numbers of nodes with their velocities, `y(q, v̂)`, are linear between
+//! nodes, of order 2. All derivatives come from tangents beside one run; least squares do
 //! the rest ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry,
 //! the forces, the quantities: what an [`Experiment`] says.
 
@@ -15,11 +16,13 @@ use crate::controls::Controls;
 use crate::least_squares::{Refused, Residuals};
 use crate::objective::{Objective, Quantity};
 use crate::sensitivities::{Beside, Direction, Growth, Sensitivities};
+use crate::terminal_rate::NodeQuantity;
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::design::Design;
-use vi_core::MechanicalSystem;
+use vi_constraints::linearization::Tangent;
 use vi_core::linear::dot;
+use vi_core::{Configuration, MechanicalSystem};
 use vi_multibody::design::MechanismTangent;
 use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::run::MechanismIntegrator;
@@ -40,7 +43,7 @@ pub struct Trial {
     /// [`Direction::parameter`]: velocities follow.
     pub tangents: Vec<MechanismTangent>,
     /// What is measured, in the order of the sensors of [`Series`].
-    pub quantities: Vec<Box<dyn Quantity>>,
+    pub quantities: Vec<Measurable>,
 }
 
 impl std::fmt::Debug for Trial {
@@ -56,6 +59,34 @@ pub trait Experiment {
     /// # Errors
     /// [`Refused`], where there is none.
     fn begin(&mut self, theta: &[f64]) -> Result<Trial, Refused>;
+}
+
+/// A number that can be measured.
+pub enum Measurable {
+    /// Of a configuration: it has a rate.
+    Configuration(Box<dyn Quantity>),
+    /// Of a node with its velocity; its reading is [`Reading::Value`].
+    Node(Box<dyn NodeQuantity>),
+}
+
+impl std::fmt::Debug for Measurable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Configuration(_) => "Configuration",
+            Self::Node(_) => "Node",
+        })
+    }
+}
+
+impl Measurable {
+    /// The factors of `(y, ẏ)` or of `(–, y)` where `y` needs a velocity, as
+    /// [`Reading::weights`].
+    fn weights(&self, reading: Reading, s: f64, h: f64) -> [[f64; 2]; 2] {
+        match self {
+            Self::Configuration(_) => reading.weights(s, h),
+            Self::Node(_) => [[0.0, 1.0 - s], [0.0, s]],
+        }
+    }
 }
 
 /// What is measured of a quantity.
@@ -211,13 +242,14 @@ impl<E: Experiment> MotionResiduals<E> {
     }
 
     /// The parts of all nodes in all residuals, node after node.
-    fn shares(&self, h: f64) -> Vec<Share> {
+    fn shares(&self, quantities: &[Measurable], h: f64) -> Vec<Share> {
         let mut shares = Vec::new();
         let mut row = 0;
         for (series, own) in self.series.iter().enumerate() {
             for x in &own.steps {
                 let (node, part) = place(*x);
-                for (i, weights) in own.reading.weights(part, h).into_iter().enumerate() {
+                let of = &quantities[own.sensor];
+                for (i, weights) in of.weights(own.reading, part, h).into_iter().enumerate() {
                     if weights.iter().any(|weight| *weight != 0.0) {
                         let weights = weights.map(|weight| weight / own.sigma);
                         shares.push(Share { node: node + i, row, series, weights });
@@ -270,6 +302,63 @@ impl Velocities {
     }
 }
 
+/// A node that was reached, with what changes there.
+#[derive(Clone, Copy)]
+struct Found<'a> {
+    at: Configuration<'a>,
+    v: &'a [f64],
+    tangents: &'a [Tangent],
+    directions: &'a [Direction],
+    changes: &'a [Vec<f64>], // of v, along the directions; empty where v is not read
+}
+
+impl Found<'_> {
+    /// The part of a node in `y` or `ẏ`; calls `change` with that of each direction.
+    fn of_configuration(
+        &self,
+        y: &dyn Quantity,
+        [of_value, of_rate]: [f64; 2],
+        slope: &mut [f64],
+        mut change: impl FnMut(usize, f64),
+    ) -> f64 {
+        let Self { at, v, .. } = *self;
+        slope.fill(0.0);
+        y.add_slope(at, 1.0, slope);
+        for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
+            let value = direction.parameter.map_or(0.0, |k| y.by_parameter(k, at));
+            let mut sum = of_value * (dot(slope, &own.q) + value);
+            if of_rate != 0.0 {
+                let bend = y.second(at, v, &own.q);
+                let moved = |k: usize| y.rate_by_parameter(k, at, v);
+                let rate = direction.parameter.map_or(0.0, moved);
+                sum += of_rate * (bend + dot(slope, &self.changes[j]) + rate);
+            }
+            change(j, sum);
+        }
+        let rate = if of_rate == 0.0 { 0.0 } else { of_rate * dot(slope, v) };
+        of_value * y.value(at) + rate
+    }
+
+    /// The part of a node in `y(q, v̂)`.
+    fn of_node(
+        &self,
+        y: &dyn NodeQuantity,
+        weight: f64,
+        [of_q, of_v]: [&mut [f64]; 2],
+        mut change: impl FnMut(usize, f64),
+    ) -> f64 {
+        let Self { at, v, .. } = *self;
+        of_q.fill(0.0);
+        of_v.fill(0.0);
+        y.add_slopes(at, v, weight, [&mut *of_q, &mut *of_v]);
+        for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
+            let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, at, v));
+            change(j, dot(of_q, &own.q) + dot(of_v, &self.changes[j]) + weight * moved);
+        }
+        weight * y.value(at, v)
+    }
+}
+
 impl<E: Experiment> Residuals for MotionResiduals<E> {
     fn len(&self) -> usize {
         self.series.iter().map(|own| own.steps.len()).sum()
@@ -287,7 +376,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let refused = |error: crate::gradient::GradientError| Refused(error.to_string());
         let mut tangents =
             Sensitivities::new(&trial.run, trial.step, directions.clone()).map_err(refused)?;
-        let shares = self.shares(trial.step);
+        let shares = self.shares(&trial.quantities, trial.step);
         let mut velocities = None;
         if shares.iter().any(|own| own.weights[1] != 0.0) {
             velocities = Some(Velocities::of(&trial)?);
@@ -299,6 +388,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         }
         let objective = Objective::default();
         let mut slope = vec![0.0; trial.run.state().q.len()];
+        let mut of_v = slope.clone();
         let mut reached = 0;
         for own in shares.chunk_by(|a, b| a.node == b.node) {
             for _ in reached..own[0].node {
@@ -315,27 +405,29 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             let at = trial.run.state().configuration();
             let none = Vec::new();
             let v = velocities.as_ref().map_or(&none, |all| &all.v);
-            for Share { row, series, weights: [of_value, of_rate], .. } in own {
-                let quantity = &trial.quantities[self.series[*series].sensor];
-                slope.fill(0.0);
-                quantity.add_slope(at, 1.0, &mut slope);
-                out[*row] += of_value * quantity.value(at);
-                if *of_rate != 0.0 {
-                    out[*row] += of_rate * dot(&slope, v);
-                }
-                let Some(jacobian) = jacobian.as_deref_mut() else { continue };
-                for (j, (own, direction)) in tangents.tangents().iter().zip(&directions).enumerate()
-                {
-                    let value = direction.parameter.map_or(0.0, |k| quantity.by_parameter(k, at));
-                    let mut change = of_value * (dot(&slope, &own.q) + value);
-                    if let Some(all) = velocities.as_ref().filter(|_| *of_rate != 0.0) {
-                        let bend = quantity.second(at, v, &own.q);
-                        let moved = |k: usize| quantity.rate_by_parameter(k, at, v);
-                        let rate = direction.parameter.map_or(0.0, moved);
-                        change += of_rate * (bend + dot(&slope, &all.changes[j]) + rate);
+            for share in own {
+                let found = Found {
+                    at,
+                    v,
+                    tangents: tangents.tangents(),
+                    directions: &directions,
+                    changes: velocities.as_ref().map_or(&[], |all| &all.changes),
+                };
+                let change = |j: usize, change: f64| {
+                    if let Some(jacobian) = jacobian.as_deref_mut() {
+                        jacobian[(share.row, j)] += change;
                     }
-                    jacobian[(*row, j)] += change;
-                }
+                };
+                let quantity = &trial.quantities[self.series[share.series].sensor];
+                out[share.row] += match quantity {
+                    Measurable::Configuration(own) => {
+                        found.of_configuration(&**own, share.weights, &mut slope, change)
+                    }
+                    Measurable::Node(own) => {
+                        let slopes = [&mut slope[..], &mut of_v[..]];
+                        found.of_node(&**own, share.weights[1], slopes, change)
+                    }
+                };
             }
         }
         if wanted {

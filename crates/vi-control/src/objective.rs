@@ -1,10 +1,11 @@
 //! A cost: a sum of terms, each with its derivatives at nodes and in steps.
 //!
 //! ```text
-//! J = Σ_n ℓ_n(q_n, q_{n+1}, w_n, h) + Φ(q_N, p̄_N)
+//! J = Σ_n ℓ_n(q_n, q_{n+1}, w_n, h) + Σ_n (h/2) (φ(q_n, p̄_n) + φ(q_{n+1}, p̄_{n+1})) + Φ(q_N, p̄_N)
 //! effort     ½ Σ h |w|²                    time      Σ h
 //! running    Σ (h/2) ½ (e_n² + e_{n+1}²)    terminal  ½ e_N²           e: a quantity less its target
 //! ```
+//! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
 use vi_core::interval::{Interval, Slot};
 use vi_core::{Configuration, State};
@@ -253,6 +254,7 @@ impl<Q: Quantity> Term for Last<Q> {
 #[derive(Default)]
 pub struct Objective {
     terms: Vec<(f64, Box<dyn Term>)>,
+    along: Vec<(f64, Box<dyn Term>)>, // φ
 }
 
 impl std::fmt::Debug for Objective {
@@ -281,10 +283,39 @@ impl Objective {
         self.terms.push((weight, term));
     }
 
+    /// Adds the end cost of a term as `φ`: at every node, by the trapezoidal rule.
+    pub fn add_along(&mut self, weight: f64, term: Box<dyn Term>) {
+        self.along.push((weight, term));
+    }
+
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.terms.is_empty()
+        self.terms.is_empty() && self.along.is_empty()
+    }
+
+    /// Whether nodes cost, beside the last one.
+    #[must_use]
+    pub fn counts_nodes(&self) -> bool {
+        !self.along.is_empty()
+    }
+
+    /// `φ` of a node.
+    #[must_use]
+    pub fn of_node(&self, node: &State) -> f64 {
+        self.along.iter().map(|(weight, term)| weight * term.of_end(node)).sum()
+    }
+
+    /// Adds `scale` times its derivatives by `q` and by `p̄`, or by another momentum of the same
+    /// velocity.
+    pub fn add_of_node(&self, node: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
+        self.along.iter().for_each(|(weight, term)| term.add_of_end(node, scale * weight, q, p));
+    }
+
+    /// Adds `scale` times its explicit derivatives by parameters.
+    pub fn add_parameters_of_node(&self, node: &State, scale: f64, out: &mut [f64]) {
+        let all = self.along.iter();
+        all.for_each(|(weight, term)| term.add_parameters_of_end(node, scale * weight, out));
     }
 
     /// What a (sub-)step costs.

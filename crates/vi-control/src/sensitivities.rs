@@ -142,6 +142,7 @@ impl Sensitivities {
         C: Constraints + 'static,
     {
         let step = self.step;
+        self.add_node(run.state(), beside.objective);
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
         let (mut pushed, any) = (Ok(()), !self.directions.is_empty());
@@ -154,6 +155,7 @@ impl Sensitivities {
         pushed?;
         self.step += 1;
         let t = run.state().t;
+        self.add_node(run.state(), beside.objective);
         for (k, growth) in self.growth.iter_mut().enumerate().filter(|(k, _)| self.sizes[*k] > 0.0)
         {
             let grown = norm(&self.tangents[k].q) / self.sizes[k];
@@ -163,6 +165,24 @@ impl Sensitivities {
             }
         }
         Ok(())
+    }
+
+    /// Adds what a node costs at an end of a macro step.
+    fn add_node(&mut self, node: &State, objective: &Objective) {
+        if !objective.counts_nodes() {
+            return;
+        }
+        let half = 0.5 * self.length;
+        let [mut by_q, mut by_p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
+        objective.add_of_node(node, half, &mut by_q, &mut by_p);
+        let all = self.rates.iter_mut().zip(&self.tangents).zip(&self.directions);
+        for ((rate, own), direction) in all {
+            *rate += dot(&by_q, &own.q) + dot(&by_p, &own.p);
+            if direction.step {
+                *rate += 0.5 * objective.of_node(node);
+            }
+        }
+        objective.add_parameters_of_node(node, half, &mut self.of_parameters);
     }
 
     fn push(

@@ -63,6 +63,11 @@ impl Tape {
         self.used
     }
 
+    /// The macro step of a recorded step, by its place.
+    pub(crate) fn step(&self, k: usize) -> usize {
+        self.steps[k].step
+    }
+
     /// A recorded step, by its place.
     pub(crate) fn at(&mut self, k: usize) -> Taken<'_> {
         let Self { steps, points, none, .. } = self;

@@ -1,6 +1,8 @@
 //! Gradients of runs: against sensitivities forward, against differences, with all checkpoints.
 
-use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
+use crate::runs::{
+    Subject, add_rates, conservative, four_bar, pendulum, remembering, run, spatial,
+};
 use vi_constraints::linearization::Tangent;
 use vi_constraints::{Constraints, SchemeKind};
 use vi_control::sensitivities::Beside;
@@ -51,7 +53,10 @@ fn backward_agrees_with_forward_in_all_schemes() {
     let mut sample = Sample::new(92);
     for subject in SUBJECTS {
         for scheme in SchemeKind::ALL {
-            for composition in [Composition::Identity, Composition::Suzuki5] {
+            let compositions = [Composition::Identity, Composition::Suzuki5];
+            for (composition, rates) in
+                compositions.into_iter().zip([false, true]).chain([(Composition::Identity, true)])
+            {
                 let subject = subject();
                 let name = subject.name;
                 if subject.built.system(vi_core::Quadrature::Midpoint).is_dissipative()
@@ -59,7 +64,10 @@ fn backward_agrees_with_forward_in_all_schemes() {
                 {
                     continue; // no negative sub-steps
                 }
-                let (mut run, controls, objective) = run(subject, scheme, composition, STEPS);
+                let (mut run, controls, mut objective) = run(subject, scheme, composition, STEPS);
+                if rates {
+                    add_rates(&run, &mut objective);
+                }
                 let start = run.state().clone();
                 let mut directions =
                     vec![direction(&run, &controls, &mut sample), Direction::default()];
@@ -74,12 +82,13 @@ fn backward_agrees_with_forward_in_all_schemes() {
                 for _ in 0..STEPS {
                     forward.advance(&mut run, beside).unwrap();
                 }
-                let rates = forward.rates(&objective, run.state());
+                let found_forward = forward.rates(&objective, run.state());
                 let (backward, size) = along(&found, &directions[0]);
-                let error = (rates[0] - backward).abs() / size;
-                let step = found.step.map_or(0.0, |step| (step - rates[1]).abs() / step.abs());
+                let error = (found_forward[0] - backward).abs() / size;
+                let of_step = |step: f64| (step - found_forward[1]).abs() / step.abs();
+                let step = found.step.map_or(0.0, of_step);
                 println!(
-                    "{name}, {scheme:?}, {composition:?}: {error:.1e}, by the step {step:.1e}"
+                    "{name}, {scheme:?}, {composition:?}, rates {rates}: {error:.1e}, by the step {step:.1e}"
                 );
                 assert!(error < 1e-12 && step < 1e-11, "{name} {scheme:?}: {error:e} {step:e}");
             }
@@ -96,9 +105,12 @@ pub(crate) fn cost(
 ) -> f64 {
     let mut value = 0.0;
     for step in 0..STEPS {
+        let (before, t) = (objective.of_node(run.state()), run.state().t);
         let w = w(step);
         controls.forces().iter().zip(&w).for_each(|(force, w)| force.set(*w));
         run.step_with(&mut |_, _, taken| value += objective.of_step(taken.s, &w)).unwrap();
+        let after = run.state();
+        value += 0.5 * (after.t - t) * (before + objective.of_node(after));
     }
     value + objective.of_end(run.state())
 }
@@ -106,22 +118,25 @@ pub(crate) fn cost(
 #[test]
 fn gradients_are_those_of_differences() {
     let mut sample = Sample::new(93);
-    for subject in SUBJECTS {
+    for (subject, rates) in SUBJECTS.into_iter().flat_map(|own| [(own, false), (own, true)]) {
         let subject = subject();
         let name = subject.name;
-        let (mut run, controls, objective) =
+        let (mut run, controls, mut objective) =
             run(subject, SchemeKind::Nodal, Composition::Identity, STEPS);
+        if rates {
+            add_rates(&run, &mut objective);
+        }
         let start = run.state().clone();
         let along_this = direction(&run, &controls, &mut sample);
         let found = Gradient::of(&mut run, &task(&objective, &controls)).unwrap();
         let mut at = |e: f64| {
             let mut moved = start.clone();
-            let Direction { start: own, controls: rates, .. } = &along_this;
+            let Direction { start: own, controls: changes, .. } = &along_this;
             moved.p.iter_mut().zip(&own.p).for_each(|(p, dp)| *p += e * dp);
             moved.internal.iter_mut().zip(&own.z).for_each(|(z, dz)| *z += e * dz);
             run.place_at(&moved);
             let w = |step: usize| {
-                controls.at(step).iter().zip(&rates[step]).map(|(w, dw)| w + e * dw).collect()
+                controls.at(step).iter().zip(&changes[step]).map(|(w, dw)| w + e * dw).collect()
             };
             cost(&mut run, &objective, &controls, &w)
         };
@@ -138,11 +153,14 @@ fn gradients_are_those_of_differences() {
 
 #[test]
 fn no_bit_depends_on_the_checkpoints() {
-    for subject in SUBJECTS {
+    for (subject, rates) in SUBJECTS.into_iter().flat_map(|own| [(own, false), (own, true)]) {
         let subject = subject();
         let name = subject.name;
-        let (mut run, controls, objective) =
+        let (mut run, controls, mut objective) =
             run(subject, SchemeKind::Nodal, Composition::Identity, STEPS);
+        if rates {
+            add_rates(&run, &mut objective);
+        }
         let start = run.state().clone();
         let mut of = |checkpoints| {
             run.place_at(&start);

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_control::objective::{Effort, PointComponent, Running, Terminal, Time};
+use vi_control::terminal_rate::{RateOf, Spin, TerminalRate};
 use vi_control::{ControlForce, Controls, JointControl, Objective};
 use vi_core::Composition;
 use vi_multibody::FrameId::Ground;
@@ -211,4 +212,14 @@ pub(crate) fn run_with(
     let values = (0..steps).map(|n| (0..count).map(|k| value(n, k)).collect());
     let controls = Controls::new(forces, values.collect(), 1);
     (subject.built.integrator(options).unwrap(), controls, objective)
+}
+
+/// Adds to an objective what rates of the last frame cost along the path.
+pub(crate) fn add_rates(run: &MechanismIntegrator, objective: &mut Objective) {
+    let last = run.state().q.len() - 12;
+    let point = Form::point(last, &Vector3::new(0.1, -0.2, 0.3));
+    let rate = RateOf(PointComponent { point, axis: 0 });
+    objective.add_along(4.0, Box::new(TerminalRate::new((rate, 0.2), run, &[]).unwrap()));
+    let spin = Spin { offset: last, axis: 1 };
+    objective.add_along(0.7, Box::new(TerminalRate::new((spin, -0.4), run, &[]).unwrap()));
 }

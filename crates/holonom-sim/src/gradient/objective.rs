@@ -138,7 +138,7 @@ impl Costs {
         Ok(())
     }
 
-    /// A rate at the end.
+    /// A number of a node with its velocity.
     fn add_rate<Q: NodeQuantity + 'static>(
         &mut self,
         own: &Stated,
@@ -147,18 +147,16 @@ impl Costs {
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}", own.name);
-        if own.at == CountedAt::Path {
-            let help = "write at = \"end\", or take a position or a joint coordinate";
-            let what = "the derivative of a rate along the path";
-            return Err(refused(&format!("{key}.at"), what, help));
-        }
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let term = TerminalRate::new((quantity, own.target), run, &numbers);
         let term = term.map_err(|error| {
             let help = "take a position or a joint coordinate";
             refused(&format!("{key}.sensor"), error.to_string(), help)
         })?;
-        self.sum.add(own.weight, Box::new(term));
+        match own.at {
+            CountedAt::End => self.sum.add(own.weight, Box::new(term)),
+            CountedAt::Path => self.sum.add_along(own.weight, Box::new(term)),
+        }
         Ok(())
     }
 

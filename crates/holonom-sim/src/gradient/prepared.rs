@@ -146,6 +146,11 @@ pub(crate) fn unit_load(system: &System, input: &Input) -> Option<Load> {
     load.clone().with_history(TimeHistory::default()).ok()
 }
 
+/// What a node costs.
+fn of_node(node: &State, costs: &[&Costs]) -> Vec<f64> {
+    costs.iter().map(|own| own.sum.of_node(node)).collect()
+}
+
 /// The values of costs along a run of this many steps.
 fn values_along(
     simulation: &mut Simulation,
@@ -156,6 +161,7 @@ fn values_along(
     let run = simulation.integrator();
     let mut values = vec![0.0; costs.len()];
     for step in 0..steps {
+        let (begin, t) = (of_node(run.state(), costs), run.state().t);
         controls.set(step);
         let w = controls.at(step);
         let mut count = |s: &Interval| {
@@ -166,6 +172,9 @@ fn values_along(
         let taken = run.step_with(&mut |_, _, taken| count(taken.s));
         taken
             .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
+        let (end, h) = (of_node(run.state(), costs), run.state().t - t);
+        let nodes = begin.iter().zip(&end);
+        values.iter_mut().zip(nodes).for_each(|(value, (a, b))| *value += 0.5 * h * (a + b));
     }
     let state = run.state();
     for (value, own) in values.iter_mut().zip(costs) {

@@ -77,7 +77,12 @@ impl Measured {
     ) -> Result<Self, ModelError> {
         match Self::read(model, mechanism, key, text)? {
             (own, Reading::Value) => Ok(own),
-            (_, Reading::Rate) => Err(no_derivative(key, text)),
+            (_, Reading::Rate) => {
+                let name = text.split_once('.').map_or(text, |(name, _)| name);
+                let what = format!("the rate that the sensor `{name}` shows");
+                let help = "take a position in space, a distance of points, or a joint coordinate";
+                Err(refused(key, what, help))
+            }
         }
     }
 
@@ -110,7 +115,7 @@ impl Measured {
             return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
         };
         let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
-        let reading = if sensor.kind.is_rate() { Reading::Rate } else { Reading::Value };
+        let reading = reading(model, name);
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
                 let axis = component(key, (name, part), model.header.dimension)?;
@@ -152,6 +157,14 @@ fn component(
     })
 }
 
+/// What of a quantity a sensor shows.
+pub(crate) fn reading(model: &Model, text: &str) -> Reading {
+    let name = text.split_once('.').map_or(text, |(name, _)| name);
+    let sensor = model.sensors.iter().find(|own| own.name == name);
+    let is_rate = |kind: SensorKind| kind.is_rate() && kind != SensorKind::AngularVelocity;
+    if sensor.is_some_and(|own| is_rate(own.kind)) { Reading::Rate } else { Reading::Value }
+}
+
 /// The angular velocity in space that a sensor measures; `None` where it measures another number.
 ///
 /// # Errors
@@ -171,8 +184,8 @@ pub(crate) fn spin(model: &Model, key: &str, text: &str) -> Result<Option<Spin>,
 fn no_derivative(key: &str, text: &str) -> ModelError {
     let name = text.split_once('.').map_or(text, |(name, _)| name);
     let what = format!("the derivative of the sensor `{name}`");
-    let help = "take a position in space, a distance of points, a joint coordinate, or at the end of \
-                an [[objective]] one of their rates or an angular velocity";
+    let help = "take a position in space, a distance of points, a joint coordinate, one of their \
+                rates, or an angular velocity in space";
     refused(key, what, help)
 }
 

@@ -1,15 +1,14 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
 use super::prepared::{self, Begin, Prepared};
-use super::quantity::{Measured, Sensed};
+use super::quantity::{Measured, Sensed, spin};
 use crate::design::{self, refused};
 use crate::start::StartValues;
 use crate::system;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
-use vi_control::identification::{Experiment, Trial};
+use vi_control::identification::{Experiment, Measurable, Trial};
 use vi_control::least_squares::Refused;
-use vi_control::objective::Quantity;
 use vi_control::sensitivities::Direction;
 use vi_core::Configuration;
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -173,11 +172,16 @@ impl ModelTrials<'_> {
         }
         let begin = Begin::new(&model, &mut prepared)?;
         let design = prepared::design(&prepared, &begin.mass, &tangents)?;
-        let mut quantities: Vec<Box<dyn Quantity>> = Vec::new();
+        let mut quantities = Vec::new();
         for SensorRead { key, sensor } in &self.reads {
             let mechanism = &mut prepared.system.mechanism;
+            if let Some(spin) = spin(&model, key, sensor)? {
+                quantities.push(Measurable::Node(Box::new(spin)));
+                continue;
+            }
             let (own, _) = Measured::read(&model, mechanism, key, sensor)?;
-            quantities.push(Box::new(Sensed::new(own, mechanism, sensor, &tangents)));
+            let own = Sensed::new(own, mechanism, sensor, &tangents);
+            quantities.push(Measurable::Configuration(Box::new(own)));
         }
         for (name, freedom) in &self.joints {
             let mechanism = &mut prepared.system.mechanism;
@@ -185,7 +189,8 @@ impl ModelTrials<'_> {
                 let what = format!("`{name}`, which has no coordinate {freedom}");
                 refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
             })?;
-            quantities.push(Box::new(Sensed::new(own, mechanism, name, &tangents)));
+            let own = Sensed::new(own, mechanism, name, &tangents);
+            quantities.push(Measurable::Configuration(Box::new(own)));
         }
         let of = begin.of(&model, &prepared.system.mechanism);
         let mut directions = Vec::new();

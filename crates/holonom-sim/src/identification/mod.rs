@@ -22,7 +22,7 @@ pub use data::{DataError, MeasuredColumn};
 pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
-use crate::gradient::quantity::Measured;
+use crate::gradient::quantity::reading;
 use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, SensorRead, StatedStart};
 use crate::system::outside::Outside;
 use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent};
@@ -170,11 +170,10 @@ impl<'m> Prepared<'m> {
         }
         let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         trials.trial(&theta)?; // a refusal has its key
-        let mut mechanism = crate::system::build(model)?.mechanism;
         let mut series = Vec::new();
         for (sensor, (own, column)) in model.measurements.iter().zip(data).enumerate() {
             let steps = column.times.iter().map(|t| t / model.settings.step).collect();
-            let (_, reading) = Measured::read(model, &mut mechanism, &key(sensor), &own.sensor)?;
+            let reading = reading(model, &own.sensor);
             let values = column.values.clone();
             series.push(Series { sensor, reading, sigma: own.sigma, steps, values });
         }

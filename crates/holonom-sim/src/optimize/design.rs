@@ -13,6 +13,7 @@ use super::found::{
 use super::node::node;
 use crate::design::{number, refused};
 use crate::gradient::TermValue;
+use crate::gradient::quantity::reading;
 use crate::gradient::trial::{From, ModelTrials, SensorRead};
 use crate::random::Random;
 use holonom_model::{
@@ -22,7 +23,7 @@ use holonom_model::{
 use vi_control::constrained_least_squares::{
     Conditions, Design, DesignOutcome, Evaluation, minimise,
 };
-use vi_control::identification::{MotionResiduals, Reading, Series};
+use vi_control::identification::{MotionResiduals, Series};
 use vi_control::least_squares::{FitError, Parameter, Residuals};
 use vi_control::program::Iterate;
 
@@ -60,7 +61,7 @@ impl Rows {
                 let key = format!("{key}.sensor");
                 let mut read = |nodes: Vec<usize>, weight: f64| {
                     let sigma = 1.0 / weight.sqrt();
-                    rows.read((&key, &sensor), nodes, own.target, sigma);
+                    rows.read(model, (&key, &sensor), nodes, [own.target, sigma]);
                 };
                 match own.at {
                     CountedAt::End => read(vec![last], own.weight),
@@ -90,7 +91,7 @@ impl Rows {
             let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
             rows.bounds.extend(vec![own.bounds(); nodes.len()]);
-            rows.read((&format!("{key}.sensor"), &sensor), nodes, 0.0, 1.0);
+            rows.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
             rows.conditions.push(first..rows.count);
         }
         if rows.count == 0 {
@@ -101,13 +102,19 @@ impl Rows {
         Ok(rows)
     }
 
-    fn read(&mut self, (key, sensor): (&str, &str), nodes: Vec<usize>, value: f64, sigma: f64) {
+    fn read(
+        &mut self,
+        model: &Model,
+        (key, sensor): (&str, &str),
+        nodes: Vec<usize>,
+        [value, sigma]: [f64; 2],
+    ) {
         self.count += nodes.len();
         let values = vec![value; nodes.len()];
         let steps = nodes.into_iter().map(|node| node as f64).collect();
         self.series.push(Series {
             sensor: self.reads.len(),
-            reading: Reading::Value,
+            reading: reading(model, sensor),
             sigma,
             steps,
             values,
