@@ -337,10 +337,10 @@ fn quantities_that_depend_on_parameters_agree_with_differences() {
     }
 }
 
-/// Rates at the end: of a point and of a joint that parameters move, the angular velocity of the
+/// Rates at the end and along the path: of a point and of a joint that parameters move, the angular velocity of the
 /// coupler of a redundant loop, the rate of a distance with sub-steps.
 #[test]
-fn rates_at_the_end_agree_with_differences() {
+fn rates_agree_with_differences() {
     let point = ARM.replace("type = \"position\"", "type = \"velocity\"");
     let point = point.replace("point = [0.4, 0.0, 0.1]", "point = [\"= length/2\", 0.0, 0.1]");
     let turned = ARM.replace("at = \"path\"\n", "").replace("of = \"shoulder\"", "of = \"elbow\"");
@@ -358,9 +358,15 @@ fn rates_at_the_end_agree_with_differences() {
     );
     for (text, from) in [(&point, ARM), (&turned, ARM), (&spin, LINKAGE), (&apart, FLYING)] {
         assert_ne!(text, from);
-        let found = found(text, true).unwrap();
-        assert!(found.worst() < 1e-8, "{}: {:?}", found.model, found.checks);
-        assert!(found.parameters.iter().all(|own| own.derivative != 0.0));
+        let along = text.replace("at = \"path\"\n", "");
+        let along = along.replace("type = \"sensor\"\n", "type = \"sensor\"\nat = \"path\"\n");
+        for text in [text, &along] {
+            let found = found(text, true).unwrap();
+            assert!(!found.checks.is_empty());
+            println!("{}: off by {:.1e}", found.model, found.worst());
+            assert!(found.worst() < 1e-8, "{}: {:?}", found.model, found.checks);
+            assert!(found.parameters.iter().all(|own| own.derivative != 0.0));
+        }
     }
 }
 
@@ -534,7 +540,6 @@ fn what_has_no_derivative_is_refused_by_its_key() {
         (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
         (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
         (ARM, "type = \"position\"", "type = \"acceleration\"", "the sensor `tip`"),
-        (ARM, "type = \"joint_coordinate\"", "type = \"joint_rate\"", "a rate along the path"),
         (ARM, "sensor = \"angle\"", "sensor = \"angle.1\"", "no coordinate"),
         (
             ARM,

@@ -250,6 +250,15 @@ sigma = 0.002
 parameters = { stiffness = { start = 14.0 }, length = { start = 0.72 }, g = { start = 9.5 }, throw = { start = 1.7 } }
 "#;
 
+/// The same with rate gyros on the box.
+fn with_gyros() -> String {
+    let measured =
+        |part: &str| format!("[[measurement]]\nsensor = \"turn.{part}\"\nsigma = 0.05\n");
+    let sensor = "[[sensor]]\nname = \"turn\"\ntype = \"angular_velocity\"\nof = \"box\"\n";
+    let text = format!("{sensor}{}{}[identify]", measured("x"), measured("y"));
+    FLYING.replace("[identify]", &text)
+}
+
 /// What is added to coordinate and rate of the joint whose start is unknown.
 const RELEASE: [f64; 2] = [0.2, 0.7];
 
@@ -312,7 +321,7 @@ fn by_galerkin(text: &str) -> String {
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &arm, &linkage] {
+    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &arm, &linkage] {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -331,7 +340,7 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 #[test]
 fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &arm, &linkage] {
+    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &arm, &linkage] {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {

@@ -84,6 +84,37 @@ fn a_price_is_what_the_condition_costs() {
     assert!((own.cost - own.terms[0].value - 1.0).abs() < 1e-14);
 }
 
+/// Conditions and terms of rates are those of the rates that the run of the result shows.
+#[test]
+fn rates_are_what_a_run_shows() {
+    let sensors = "[[sensor]]\nname = \"speed\"\ntype = \"velocity\"\nof = \"bob\"\n\
+                   [[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"hinge\"\n\
+                   [[sensor]]\nname = \"spin\"\ntype = \"angular_velocity\"\nof = \"bob\"\n";
+    for (sensor, wanted) in [("speed.x", -0.28), ("rate", 0.31), ("spin.y", 0.31)] {
+        let text = format!(
+            "{PENDULUM}{sensors}[[condition]]\nname = \"fast\"\nsensor = \"{sensor}\"\nequals = {wanted:?}\nat = 0.5\n\
+             [[objective]]\nname = \"calm\"\ntype = \"sensor\"\nsensor = \"{sensor}\"\nat = \"path\"\n\
+             [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+        );
+        let found = found(&text, &[]).unwrap();
+        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+        let columns = crate::sensor::columns(&found.model);
+        let place = columns.iter().position(|own| own.name() == sensor).unwrap();
+        let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
+        let mut shown = vec![run.observe().unwrap().sensors[place]];
+        for _ in 0..found.model.settings.steps() {
+            run.step_on().unwrap();
+            shown.push(run.observe().unwrap().sensors[place]);
+        }
+        let squares =
+            shown.windows(2).map(|pair| 0.25 * 0.005 * (pair[0].powi(2) + pair[1].powi(2)));
+        let (cost, own) = (squares.sum::<f64>(), found.report.terms[0].value);
+        println!("{sensor}: {} for {wanted}, cost {own} for {cost}", shown[100]);
+        assert!((shown[100] - wanted).abs() < 1e-9, "{sensor}: {}", shown[100]);
+        assert!((cost - own).abs() < 1e-9 * cost, "{sensor}: {own} for {cost}");
+    }
+}
+
 #[test]
 fn what_cannot_be_is_said() {
     let condition =
