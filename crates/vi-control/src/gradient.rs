@@ -207,6 +207,12 @@ impl Cost {
     }
 }
 
+/// A node with the momentum that is held there.
+fn holding(node: &State, p: &[f64]) -> State {
+    let own = State::new(node.t, node.q.clone(), p.to_vec());
+    State { angles: node.angles.clone(), ..own }
+}
+
 /// Adds the derivatives of what node `k` of some in a row costs, with steps of equal length on both
 /// sides of it but at the ends of the run; returns that by the length of all steps, times it.
 fn add_node(
@@ -327,7 +333,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         for step in steps {
             let before = Cost::of(objective, run.state());
             if objective.counts_nodes() {
-                nodes.push(State::new(run.state().t, run.state().q.clone(), p.clone()));
+                nodes.push(holding(run.state(), p));
             }
             controls.set(step);
             let w = controls.at(step);
@@ -344,7 +350,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
         }
         if objective.counts_nodes() {
-            nodes.push(State::new(run.state().t, run.state().q.clone(), p.clone()));
+            nodes.push(holding(run.state(), p));
         }
         if ends && *first {
             self.end(run);

@@ -96,6 +96,15 @@ impl<'a> Formulas<'a> {
         })
     }
 
+    /// The same of a sensor; where it has none, it is left for whoever reads it to refuse.
+    pub(super) fn sensor(&self, path: &str, formula: &Formula) -> Option<Formula> {
+        let found = self.slope(path, formula);
+        if found.is_err() {
+            self.taken.borrow_mut().remove(path);
+        }
+        found.ok().flatten()
+    }
+
     /// The same of a number of a section that holds expressions, too.
     fn entry(
         &self,

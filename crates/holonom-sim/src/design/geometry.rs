@@ -251,6 +251,10 @@ impl Chain<'_> {
                 self.point_change(member, &own, None)
             };
             let of = || change(&sensor.of, "point", sensor.point);
+            if let (SensorKind::Expression, Some(value)) = (sensor.kind, &sensor.value) {
+                let slope = self.formulas.sensor(&format!("{key}.value"), value);
+                found.expressions.extend(slope.map(|slope| (sensor.name.clone(), slope)));
+            }
             let moved = match sensor.kind {
                 SensorKind::Position | SensorKind::Velocity => of(),
                 SensorKind::Distance | SensorKind::DistanceRate => {

@@ -21,8 +21,8 @@ mod tests;
 use crate::system::System;
 use formulas::Formulas;
 use holonom_model::{
-    Constraint, Model, ModelError, ModelText, Override, ParameterTangent, Placements, Slopes,
-    nearest,
+    Constraint, Formula, Model, ModelError, ModelText, Override, ParameterTangent, Placements,
+    Slopes, nearest,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -50,6 +50,8 @@ pub struct ModelTangent {
     pub rates: Vec<(usize, usize, f64)>,
     /// Points of sensors, or lines between them, by the name of the sensor.
     pub sensors: BTreeMap<String, Form>,
+    /// Derivatives of the values of sensors that are expressions, by the name of the sensor.
+    pub expressions: BTreeMap<String, Formula>,
 }
 
 /// What is done about a parameter by which there is no derivative.

@@ -11,6 +11,7 @@ mod beam_models;
 #[cfg(test)]
 mod beam_tests;
 mod check;
+mod expressed;
 #[cfg(test)]
 mod expression_tests;
 #[cfg(test)]
@@ -97,7 +98,11 @@ impl Wanted {
             ["objective", name, ..] => chosen(name),
             ["sensor", name, ..] => model.objectives.iter().any(|own| {
                 let sensor = own.sensor.as_deref().and_then(|text| text.split('.').next());
-                chosen(&own.name) && sensor == Some(name)
+                let read = |sensor: &str| {
+                    let inner = || expressed::sensors_read(model, sensor);
+                    sensor == name || inner().iter().any(|own| own.name == name)
+                };
+                chosen(&own.name) && sensor.is_some_and(read)
             }),
             _ => true,
         }

@@ -1,5 +1,6 @@
 //! The objectives of a model as terms of a cost.
 
+use super::expressed::expressed;
 use super::quantity::{Measured, Sensed, spin};
 use crate::design::{ModelTangent, refused};
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
@@ -126,6 +127,9 @@ impl Costs {
         let text = own.sensor.as_deref().unwrap_or_default();
         if let Some(spin) = spin(model, &key, text)? {
             return self.add_rate(own, spin, run, tangents);
+        }
+        if let Some(own_value) = expressed(model, mechanism, (&key, text), tangents)? {
+            return self.add_rate(own, own_value, run, tangents);
         }
         let (measured, reading) = Measured::read(model, mechanism, &key, text)?;
         let (quantity, target) = (Sensed::new(measured, mechanism, text, tangents), own.target);

@@ -1,5 +1,6 @@
 //! A run with what derivatives need: its controls, its costs, its start.
 
+use super::expressed::sensors_read;
 use super::objective::Costs;
 use crate::design::start::StartOf;
 use crate::design::{LEAVE_OUT, ModelTangent, refused};
@@ -185,10 +186,12 @@ fn values_along(
 
 /// The joint coordinates that sensors show, with their revolutions.
 fn counted(model: &Model) -> Vec<(String, usize)> {
-    let shown = model.sensors.iter().filter(|own| own.kind == SensorKind::JointCoordinate);
+    let inner = model.sensors.iter().flat_map(|own| sensors_read(model, &own.name));
+    let all = model.sensors.iter().cloned().chain(inner);
+    let shown = all.filter(|own| own.kind == SensorKind::JointCoordinate);
     let all = shown.flat_map(|own| {
         let count = model.joint(&own.of).map_or(0, |joint| joint.pair().coordinate_count());
-        (0..count).map(|freedom| (own.of.clone(), freedom))
+        (0..count).map(move |freedom| (own.of.clone(), freedom))
     });
     all.collect()
 }

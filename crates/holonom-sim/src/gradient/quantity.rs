@@ -78,7 +78,7 @@ impl Measured {
         match Self::read(model, mechanism, key, text)? {
             (own, Reading::Value) => Ok(own),
             (_, Reading::Rate) => {
-                let name = text.split_once('.').map_or(text, |(name, _)| name);
+                let (name, _) = split(text);
                 let what = format!("the rate that the sensor `{name}` shows");
                 let help = "take a position in space, a distance of points, or a joint coordinate";
                 Err(refused(key, what, help))
@@ -108,14 +108,25 @@ impl Measured {
         key: &str,
         text: &str,
     ) -> Result<(Self, Reading), ModelError> {
-        let (name, part) =
-            text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
-        let refuse = |what: String, help: &str| Err(refused(key, what, help));
+        let (name, part) = split(text);
         let Some(sensor) = model.sensors.iter().find(|sensor| sensor.name == name) else {
-            return refuse(format!("a sensor `{name}`"), "add the [[sensor]]"); // checked before
+            return Err(refused(key, format!("a sensor `{name}`"), "add the [[sensor]]")); // checked before
         };
+        Self::of_sensor(model, mechanism, key, (sensor, part))
+    }
+
+    /// The same of a sensor that has no name.
+    ///
+    /// # Errors
+    /// As of [`Measured::read`].
+    pub(crate) fn of_sensor(
+        model: &Model,
+        mechanism: &mut Mechanism,
+        key: &str,
+        (sensor, part): (&Sensor, Option<&str>),
+    ) -> Result<(Self, Reading), ModelError> {
+        let name = sensor.name.as_str();
         let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
-        let reading = reading(model, name);
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
                 let axis = component(key, (name, part), model.header.dimension)?;
@@ -132,14 +143,15 @@ impl Measured {
                 let found = freedom
                     .and_then(|freedom| Self::coordinate(model, mechanism, &sensor.of, freedom));
                 found.ok_or_else(|| {
+                    let text = part.map_or(name.to_owned(), |part| format!("{name}.{part}"));
                     let what = format!("`{text}`, which is no coordinate of a joint");
                     let help = "write the number of the coordinate, such as \"NAME.0\"";
                     refused(key, what, help)
                 })
             }
-            _ => Err(no_derivative(key, text)),
+            _ => Err(no_derivative(key, name)),
         };
-        Ok((own?, reading))
+        Ok((own?, shown(sensor)))
     }
 }
 
@@ -157,12 +169,21 @@ fn component(
     })
 }
 
+/// The name of a sensor, and which of its numbers.
+fn split(text: &str) -> (&str, Option<&str>) {
+    text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)))
+}
+
 /// What of a quantity a sensor shows.
+fn shown(sensor: &Sensor) -> Reading {
+    let is_rate = sensor.kind.is_rate() && sensor.kind != SensorKind::AngularVelocity;
+    if is_rate { Reading::Rate } else { Reading::Value }
+}
+
+/// The same of a sensor by its name.
 pub(crate) fn reading(model: &Model, text: &str) -> Reading {
-    let name = text.split_once('.').map_or(text, |(name, _)| name);
-    let sensor = model.sensors.iter().find(|own| own.name == name);
-    let is_rate = |kind: SensorKind| kind.is_rate() && kind != SensorKind::AngularVelocity;
-    if sensor.is_some_and(|own| is_rate(own.kind)) { Reading::Rate } else { Reading::Value }
+    let sensor = model.sensors.iter().find(|own| own.name == split(text).0);
+    sensor.map_or(Reading::Value, shown)
 }
 
 /// The angular velocity in space that a sensor measures; `None` where it measures another number.
@@ -170,22 +191,33 @@ pub(crate) fn reading(model: &Model, text: &str) -> Reading {
 /// # Errors
 /// [`ModelError`] where it names none of its components.
 pub(crate) fn spin(model: &Model, key: &str, text: &str) -> Result<Option<Spin>, ModelError> {
-    let (name, part) = text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)));
-    let is_own = |sensor: &&Sensor| sensor.name == name && sensor.seen_from.is_none();
-    let Some(sensor) = model.sensors.iter().find(is_own) else { return Ok(None) };
+    let (name, part) = split(text);
+    let sensor = model.sensors.iter().find(|own| own.name == name);
+    sensor.map_or(Ok(None), |sensor| spin_of(model, key, (sensor, part)))
+}
+
+/// The same of a sensor that has no name.
+///
+/// # Errors
+/// As of [`spin`].
+pub(crate) fn spin_of(
+    model: &Model,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+) -> Result<Option<Spin>, ModelError> {
     let Some(frame) = model.frame(&sensor.of) else { return Ok(None) };
-    if sensor.kind != SensorKind::AngularVelocity {
+    if sensor.kind != SensorKind::AngularVelocity || sensor.seen_from.is_some() {
         return Ok(None);
     }
-    Ok(Some(Spin { offset: FRAME * frame, axis: component(key, (name, part), 3)? }))
+    Ok(Some(Spin { offset: FRAME * frame, axis: component(key, (&sensor.name, part), 3)? }))
 }
 
 /// The refusal of a sensor.
 fn no_derivative(key: &str, text: &str) -> ModelError {
-    let name = text.split_once('.').map_or(text, |(name, _)| name);
+    let (name, _) = split(text);
     let what = format!("the derivative of the sensor `{name}`");
     let help = "take a position in space, a distance of points, a joint coordinate, one of their \
-                rates, or an angular velocity in space";
+                rates, an angular velocity in space, or an expression of these";
     refused(key, what, help)
 }
 
@@ -233,7 +265,7 @@ impl Sensed {
         text: &str,
         tangents: &[ModelTangent],
     ) -> Self {
-        let name = text.split_once('.').map_or(text, |(name, _)| name);
+        let (name, _) = split(text);
         let change = |own: &ModelTangent| match &of {
             Measured::Joint { coordinate, .. } => {
                 MovedCoordinate::of(mechanism, &own.numbers, coordinate)

@@ -633,15 +633,66 @@ fn angles_of_sensors_count_their_revolutions() {
         sensor = "angle"
         target = 0.0
         "#;
-    let source = ModelText::from_text(Path::new("model.toml"), text);
-    let model = source.model(&[]).unwrap();
-    let mut run = crate::simulation::Simulation::new(&model).unwrap();
-    for _ in 0..model.settings.steps() {
-        run.step_on().unwrap();
+    // the same by an expression of the joint, whose angle no sensor shows
+    let expressed = text
+        .replace("type = \"joint_coordinate\"", "type = \"expression\"")
+        .replace("of = \"shaft\"\n", "value = \"shaft\"\n");
+    let along = expressed.replace("target = 0.0", "target = 0.0\nat = \"path\"");
+    for (text, at_end) in [(text, true), (&expressed, true), (&along, false)] {
+        let source = ModelText::from_text(Path::new("model.toml"), text);
+        let model = source.model(&[]).unwrap();
+        let mut run = crate::simulation::Simulation::new(&model).unwrap();
+        let mut squares = Vec::new();
+        for _ in 0..model.settings.steps() {
+            run.step_on().unwrap();
+            squares.push(0.5 * run.observe().unwrap().sensors[0].powi(2));
+        }
+        let last = squares[squares.len() - 1];
+        let wanted = if at_end { last } else { 0.01 * (squares.iter().sum::<f64>() - 0.5 * last) };
+        let mut found = gradient(&source, &[], &model, &Wanted::everything()).unwrap();
+        found.check(&source, &[], &model, &Wanted::everything()).unwrap();
+        assert!(!found.checks.is_empty() && found.worst() < 1e-8, "{:?}", found.checks);
+        println!("angle {} rad, J {} for {wanted}", (2.0 * last).sqrt(), found.value);
+        assert!((2.0 * last).sqrt() > 3.0 * std::f64::consts::PI);
+        assert!((found.value - wanted).abs() < 1e-10 * found.value);
     }
-    let angle = run.observe().unwrap().sensors[0];
-    let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap();
-    println!("angle {angle} rad, J {} for {}", found.value, 0.5 * angle * angle);
-    assert!(angle > 3.0 * std::f64::consts::PI);
-    assert!((found.value - 0.5 * angle * angle).abs() < 1e-10 * found.value);
+}
+
+/// Sensors that are expressions, at the end and along the path: of parameters, time, a joint, its
+/// rate, a body, a point that a parameter moves, what other sensors show.
+#[test]
+fn expressions_of_sensors_agree_with_differences() {
+    let sensor =
+        "[[sensor]]\nname = \"felt\"\ntype = \"expression\"\nvalue = \"VALUE\"\n[[objective]]";
+    let values = [
+        "stiffness*(angle - 0.2)^2 + damping*shoulder.rate*tip.z",
+        "speed*t*upper.wy + exp(-length*lower.x) + g*density/7800*lower.vz",
+        "sqrt(1 + tip.x^2)/length",
+    ];
+    for value in values {
+        for at in ["", "at = \"path\"\n"] {
+            let text = ARM
+                .replace("point = [0.4, 0.0, 0.1]", "point = [\"= length/2\", 0.0, 0.1]")
+                .replacen("[[objective]]", &sensor.replace("VALUE", value), 1)
+                .replace("sensor = \"tip.z\"\n", &format!("sensor = \"felt\"\n{at}"));
+            let found = found(&text, true).unwrap();
+            println!("{value} {at}: off by {:.1e}", found.worst());
+            assert!(!found.checks.is_empty() && found.worst() < 1e-8, "{:?}", found.checks);
+            assert!(found.parameters.iter().all(|own| own.derivative != 0.0), "{found:?}");
+        }
+    }
+    let refused = |value: &str| {
+        let extra = "[[sensor]]\nname = \"shock\"\ntype = \"acceleration\"\nof = \"lower\"\n";
+        let text = ARM
+            .replacen("[[objective]]", &(extra.to_owned() + &sensor.replace("VALUE", value)), 1)
+            .replace("sensor = \"tip.z\"\n", "sensor = \"felt\"\n");
+        found(&text, false).expect_err(value).to_string()
+    };
+    assert!(
+        refused("shock.x").contains("derivative of the sensor `shock`"),
+        "{}",
+        refused("shock.x")
+    );
+    let jumps = refused("floor(length*angle)");
+    assert!(jumps.contains("length") && jumps.contains("sensor.felt.value"), "{jumps}");
 }

@@ -1,5 +1,6 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
+use super::expressed::{expressed, sensors_read};
 use super::prepared::{self, Begin, Prepared};
 use super::quantity::{Measured, Sensed, spin};
 use crate::design::{self, refused};
@@ -157,7 +158,12 @@ impl ModelTrials<'_> {
         let with = (&[][..], &self.outside(theta));
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
-        let read = |sensor: &str| self.reads.iter().any(|own| own.name() == sensor);
+        let read = |sensor: &str| {
+            self.reads.iter().any(|own| {
+                let inner = || sensors_read(&model, own.name());
+                own.name() == sensor || inner().iter().any(|own| own.name == sensor)
+            })
+        };
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
         let from = (self.text, &overrides[..], &model);
         let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
@@ -177,6 +183,10 @@ impl ModelTrials<'_> {
             let mechanism = &mut prepared.system.mechanism;
             if let Some(spin) = spin(&model, key, sensor)? {
                 quantities.push(Measurable::Node(Box::new(spin)));
+                continue;
+            }
+            if let Some(own) = expressed(&model, mechanism, (key, sensor), &tangents)? {
+                quantities.push(Measurable::Node(Box::new(own)));
                 continue;
             }
             let (own, _) = Measured::read(&model, mechanism, key, sensor)?;

@@ -250,12 +250,14 @@ sigma = 0.002
 parameters = { stiffness = { start = 14.0 }, length = { start = 0.72 }, g = { start = 9.5 }, throw = { start = 1.7 } }
 "#;
 
-/// The same with rate gyros on the box.
+/// The same with rate gyros on the box, and the tension of the spring as an expression.
 fn with_gyros() -> String {
     let measured =
         |part: &str| format!("[[measurement]]\nsensor = \"turn.{part}\"\nsigma = 0.05\n");
     let sensor = "[[sensor]]\nname = \"turn\"\ntype = \"angular_velocity\"\nof = \"box\"\n";
-    let text = format!("{sensor}{}{}[identify]", measured("x"), measured("y"));
+    let tension = "[[sensor]]\nname = \"tension\"\ntype = \"expression\"\nvalue = \"stiffness*(apart - 0.5)\"\n\
+                   [[measurement]]\nsensor = \"tension\"\nsigma = 0.3\n";
+    let text = format!("{sensor}{tension}{}{}[identify]", measured("x"), measured("y"));
     FLYING.replace("[identify]", &text)
 }
 

@@ -1,0 +1,162 @@
+//! The value of a sensor of type `expression`, with its derivative.
+//!
+//! ```text
+//! y = e(t, y_1, …)        ∂y/∂q = Σ ∂e/∂y_i ∂y_i/∂q,   ∂y/∂v̂ likewise,   y_θ = e_θ + Σ ∂e/∂y_i (y_i)_θ
+//! ```
+//! `e_θ` is an expression of its own, of what `e` reads.
+
+use super::quantity::{Measured, Sensed, spin_of};
+use crate::design::{ModelTangent, refused};
+use holonom_model::expression::Program;
+use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor, SensorKind};
+use vi_control::identification::Reading as Shown;
+use vi_control::objective::Quantity;
+use vi_control::terminal_rate::{NodeQuantity, RateOf};
+use vi_core::Configuration;
+use vi_multibody::mechanism::Mechanism;
+
+/// An expression with what it reads.
+struct Evaluated {
+    program: Program,
+    inputs: Vec<Box<dyn NodeQuantity>>,
+}
+
+/// The value of an expression.
+pub(crate) struct Expressed {
+    own: Evaluated,
+    by: Vec<Option<Evaluated>>, // e_θ, in the order of the parameters
+}
+
+/// A quantity of a configuration as one of a node.
+struct ValueOf(Sensed);
+
+impl NodeQuantity for ValueOf {
+    fn value(&self, at: Configuration<'_>, _v: &[f64]) -> f64 {
+        self.0.value(at)
+    }
+    fn add_slopes(&self, at: Configuration<'_>, _v: &[f64], scale: f64, [q, _]: [&mut [f64]; 2]) {
+        self.0.add_slope(at, scale, q);
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, _v: &[f64]) -> f64 {
+        self.0.by_parameter(parameter, at)
+    }
+}
+
+impl Evaluated {
+    fn inputs(&self, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
+        let read = self.inputs.iter().map(|own| own.value(at, v));
+        std::iter::once(at.t).chain(read).collect()
+    }
+
+    /// Not a number where it has no value.
+    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        self.program.value(&self.inputs(at, v)).unwrap_or(f64::NAN)
+    }
+
+    /// `∂e/∂y_i`.
+    fn slopes(&self, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
+        let y = self.inputs(at, v);
+        let mut slopes = vec![0.0; y.len()];
+        if self.program.gradient(&y, &mut slopes).is_err() {
+            slopes.fill(f64::NAN);
+        }
+        slopes.split_off(1) // the time is no number of the node
+    }
+}
+
+impl NodeQuantity for Expressed {
+    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        self.own.value(at, v)
+    }
+    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
+        for (slope, input) in self.own.slopes(at, v).into_iter().zip(&self.own.inputs) {
+            input.add_slopes(at, v, scale * slope, [&mut *q, &mut *of_v]);
+        }
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+        let slopes = self.own.slopes(at, v).into_iter().zip(&self.own.inputs);
+        let moved: f64 = slopes.map(|(e, own)| e * own.by_parameter(parameter, at, v)).sum();
+        let stated = self.by.get(parameter).and_then(Option::as_ref);
+        moved + stated.map_or(0.0, |own| own.value(at, v))
+    }
+}
+
+/// The sensor of this name, where it is an expression: with what it reads.
+fn observed<'a>(model: &'a Model, name: &str) -> Option<(&'a Sensor, Observed)> {
+    let sensor = model.sensors.iter().find(|own| own.name == name)?;
+    let value = sensor.value.as_ref().filter(|_| sensor.kind == SensorKind::Expression)?;
+    Some((sensor, Observed::expression(&value.0, model, &Quantities::new(model)).ok()?))
+}
+
+/// What a sensor reads where it is an expression: sensors of the model, and of what names mean.
+pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
+    let readings = observed(model, name).map_or_else(Vec::new, |(_, own)| own.readings);
+    let sensor = |reading| match reading {
+        Reading::Sensor(sensor, _) => Some(*sensor),
+        Reading::Signal(_) => None,
+    };
+    readings.into_iter().filter_map(sensor).collect()
+}
+
+/// The expression that a sensor shows; `None` where it is of another kind. `key`: of the model,
+/// where it is named.
+///
+/// # Errors
+/// [`ModelError`] where it reads what has no derivative.
+pub(crate) fn expressed(
+    model: &Model,
+    mechanism: &mut Mechanism,
+    (key, text): (&str, &str),
+    tangents: &[ModelTangent],
+) -> Result<Option<Expressed>, ModelError> {
+    let Some((sensor, own)) = observed(model, text) else { return Ok(None) };
+    let own = evaluated(model, mechanism, key, own, tangents)?;
+    let mut by = Vec::new();
+    for tangent in tangents {
+        by.push(match tangent.expressions.get(&sensor.name) {
+            None => None,
+            Some(slope) => {
+                let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
+                let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
+                Some(evaluated(model, mechanism, key, slope, tangents)?)
+            }
+        });
+    }
+    Ok(Some(Expressed { own, by }))
+}
+
+fn evaluated(
+    model: &Model,
+    mechanism: &mut Mechanism,
+    key: &str,
+    observed: Observed,
+    tangents: &[ModelTangent],
+) -> Result<Evaluated, ModelError> {
+    let Observed { program, readings } = observed;
+    let mut inputs: Vec<Box<dyn NodeQuantity>> = Vec::new();
+    for reading in readings {
+        let (sensor, part) = match reading {
+            Reading::Sensor(sensor, part) => (sensor, part),
+            Reading::Signal(name) => {
+                let what = format!("the derivative of a sensor that reads the signal `{name}`");
+                return Err(refused(key, what, "write what the signal stands for"));
+            }
+        };
+        let part = match part {
+            Part::Number(number) => Some(number.to_string()),
+            Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
+        };
+        let of = (&*sensor, part.as_deref());
+        if let Some(spin) = spin_of(model, key, of)? {
+            inputs.push(Box::new(spin));
+            continue;
+        }
+        let (measured, shown) = Measured::of_sensor(model, mechanism, key, of)?;
+        let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
+        inputs.push(match shown {
+            Shown::Value => Box::new(ValueOf(sensed)),
+            Shown::Rate => Box::new(RateOf(sensed)),
+        });
+    }
+    Ok(Evaluated { program, inputs })
+}
