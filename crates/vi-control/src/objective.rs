@@ -121,6 +121,29 @@ impl Quantity for PointComponent {
     }
 }
 
+/// The product of two forms: a component of a point along an axis of a frame.
+#[derive(Clone, Debug)]
+pub struct FormProduct {
+    /// The one, such as a distance from the centre of the frame, m.
+    pub left: Form,
+    /// The other, such as the axis.
+    pub right: Form,
+}
+
+impl Quantity for FormProduct {
+    fn value(&self, at: Configuration<'_>) -> f64 {
+        self.left.at(at.q).dot(&self.right.at(at.q))
+    }
+    fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
+        self.left.add_transposed(&(scale * self.right.at(at.q)), out);
+        self.right.add_transposed(&(scale * self.left.at(at.q)), out);
+    }
+    fn second(&self, _at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+        let [left, right] = [&self.left, &self.right].map(|form| [v, w].map(|x| form.rate(x)));
+        left[0].dot(&right[1]) + left[1].dot(&right[0])
+    }
+}
+
 /// `½ Σ h |w|²` of some controls.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Effort {

@@ -56,23 +56,14 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
     }
 }
 
-/// A component in space of the angular velocity of a frame, rad/s.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Spin {
-    /// First coordinate of the frame.
-    pub offset: usize,
-    /// 0, 1 or 2.
-    pub axis: usize,
-}
-
-impl NodeQuantity for Spin {
+/// What a law reads of a node, but what is held or past.
+impl NodeQuantity for Input {
     fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        Input::Spin(self.offset, self.axis).at_node(at, v, &[])
+        self.at_node(at, v, &[])
     }
     fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
-        let own = Input::Spin(self.offset, self.axis);
-        own.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
-        own.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);
+        self.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
+        self.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Vector3};
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_control::objective::{Effort, PointComponent, Running, Terminal, Time};
-use vi_control::terminal_rate::{RateOf, Spin, TerminalRate};
+use vi_control::terminal_rate::{RateOf, TerminalRate};
 use vi_control::{ControlForce, Controls, JointControl, Objective};
 use vi_core::Composition;
 use vi_multibody::FrameId::Ground;
@@ -13,7 +13,7 @@ use vi_multibody::builder::{ActOn, BuiltMechanism, CoordinateId, Inertia, Mechan
 use vi_multibody::form::Form;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::Viscous;
-use vi_multibody::law::{Law, Sampler};
+use vi_multibody::law::{Input, Law, Sampler};
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::six_coordinates::Matrix6;
 
@@ -220,6 +220,6 @@ pub(crate) fn add_rates(run: &MechanismIntegrator, objective: &mut Objective) {
     let point = Form::point(last, &Vector3::new(0.1, -0.2, 0.3));
     let rate = RateOf(PointComponent { point, axis: 0 });
     objective.add_along(4.0, Box::new(TerminalRate::new((rate, 0.2), run, &[]).unwrap()));
-    let spin = Spin { offset: last, axis: 1 };
+    let spin = Input::Spin(last, 1);
     objective.add_along(0.7, Box::new(TerminalRate::new((spin, -0.4), run, &[]).unwrap()));
 }

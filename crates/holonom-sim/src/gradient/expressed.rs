@@ -147,7 +147,7 @@ fn evaluated(
             Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        if let Some(spin) = spin_of(model, key, of)? {
+        if let Some(spin) = spin_of(model, mechanism, key, of)? {
             inputs.push(Box::new(spin));
             continue;
         }

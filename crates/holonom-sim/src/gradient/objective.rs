@@ -125,7 +125,7 @@ impl Costs {
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
-        if let Some(spin) = spin(model, &key, text)? {
+        if let Some(spin) = spin(model, mechanism, &key, text)? {
             return self.add_rate(own, spin, run, tangents);
         }
         if let Some(own_value) = expressed(model, mechanism, (&key, text), tangents)? {

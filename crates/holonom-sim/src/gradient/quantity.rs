@@ -4,12 +4,12 @@ use crate::design::{ModelTangent, refused};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
 use vi_control::identification::Reading;
-use vi_control::objective::{PointComponent, Quantity};
-use vi_control::terminal_rate::Spin;
+use vi_control::objective::{FormProduct, PointComponent, Quantity};
 use vi_core::Configuration;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::form::Form;
 use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::law::Input;
 use vi_multibody::mechanism::{Attachment, Mechanism};
 use vi_rigid::directors::FRAME;
 
@@ -18,6 +18,8 @@ use vi_rigid::directors::FRAME;
 pub(crate) enum Measured {
     /// A component of a point, m.
     Point(PointComponent),
+    /// A component of a point along an axis of a body, from its centre of mass, m.
+    Seen(FormProduct),
     /// From one point to another: their distance, m.
     Distance(Form),
     /// A joint coordinate, m or rad.
@@ -35,6 +37,7 @@ impl Quantity for Measured {
     fn value(&self, at: Configuration<'_>) -> f64 {
         match self {
             Self::Point(own) => own.value(at),
+            Self::Seen(own) => own.value(at),
             Self::Distance(between) => between.at(at.q).norm(),
             Self::Joint { coordinate, .. } => coordinate.at(at),
         }
@@ -42,6 +45,7 @@ impl Quantity for Measured {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         match self {
             Self::Point(own) => own.add_slope(at, scale, out),
+            Self::Seen(own) => own.add_slope(at, scale, out),
             Self::Distance(between) => {
                 let line = between.at(at.q);
                 between.add_transposed(&(scale / line.norm() * line), out);
@@ -52,6 +56,7 @@ impl Quantity for Measured {
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
         match self {
             Self::Point(own) => own.second(at, v, w),
+            Self::Seen(own) => own.second(at, v, w),
             Self::Distance(between) => {
                 let (line, v, w) = (between.at(at.q), between.rate(v), between.rate(w));
                 let length = line.norm();
@@ -128,10 +133,16 @@ impl Measured {
         let name = sensor.name.as_str();
         let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
         let own = match sensor.kind {
-            SensorKind::Position | SensorKind::Velocity if sensor.seen_from.is_none() => {
+            SensorKind::Position | SensorKind::Velocity => {
                 let axis = component(key, (name, part), model.header.dimension)?;
                 let point = point(model, mechanism, &sensor.of, sensor.point);
-                Ok(Self::Point(PointComponent { point, axis }))
+                Ok(match &sensor.seen_from {
+                    None => Self::Point(PointComponent { point, axis }),
+                    Some(observer) => {
+                        let [left, right] = seen(model, mechanism, (point, axis), observer);
+                        Self::Seen(FormProduct { left, right })
+                    }
+                })
             }
             SensorKind::Distance | SensorKind::DistanceRate if is_point(&sensor.of) => {
                 let to = sensor.to.as_deref().unwrap_or_default();
@@ -186,14 +197,19 @@ pub(crate) fn reading(model: &Model, text: &str) -> Reading {
     sensor.map_or(Reading::Value, shown)
 }
 
-/// The angular velocity in space that a sensor measures; `None` where it measures another number.
+/// The angular velocity that a sensor measures, in space or as another body sees it; `None` where it measures another number.
 ///
 /// # Errors
 /// [`ModelError`] where it names none of its components.
-pub(crate) fn spin(model: &Model, key: &str, text: &str) -> Result<Option<Spin>, ModelError> {
+pub(crate) fn spin(
+    model: &Model,
+    mechanism: &Mechanism,
+    key: &str,
+    text: &str,
+) -> Result<Option<Input>, ModelError> {
     let (name, part) = split(text);
     let sensor = model.sensors.iter().find(|own| own.name == name);
-    sensor.map_or(Ok(None), |sensor| spin_of(model, key, (sensor, part)))
+    sensor.map_or(Ok(None), |sensor| spin_of(model, mechanism, key, (sensor, part)))
 }
 
 /// The same of a sensor that has no name.
@@ -202,23 +218,42 @@ pub(crate) fn spin(model: &Model, key: &str, text: &str) -> Result<Option<Spin>,
 /// As of [`spin`].
 pub(crate) fn spin_of(
     model: &Model,
+    mechanism: &Mechanism,
     key: &str,
     (sensor, part): (&Sensor, Option<&str>),
-) -> Result<Option<Spin>, ModelError> {
+) -> Result<Option<Input>, ModelError> {
     let Some(frame) = model.frame(&sensor.of) else { return Ok(None) };
-    if sensor.kind != SensorKind::AngularVelocity || sensor.seen_from.is_some() {
+    if sensor.kind != SensorKind::AngularVelocity {
         return Ok(None);
     }
-    Ok(Some(Spin { offset: FRAME * frame, axis: component(key, (&sensor.name, part), 3)? }))
+    let (of, axis) = (FRAME * frame, component(key, (&sensor.name, part), 3)?);
+    let Some(observer) = &sensor.seen_from else { return Ok(Some(Input::Spin(of, axis))) };
+    let Some(base) = model.frame(observer) else { return Ok(None) };
+    let [_, along] = seen(model, mechanism, (Form::constant(Vector3::zeros()), axis), observer);
+    Ok(Some(Input::RelativeSpin { of, base: FRAME * base, along }))
 }
 
 /// The refusal of a sensor.
 fn no_derivative(key: &str, text: &str) -> ModelError {
     let (name, _) = split(text);
     let what = format!("the derivative of the sensor `{name}`");
-    let help = "take a position in space, a distance of points, a joint coordinate, one of their \
-                rates, an angular velocity in space, or an expression of these";
+    let help = "take a position, a distance of points, a joint coordinate, one of their rates, an \
+                angular velocity, or an expression of these";
     refused(key, what, help)
+}
+
+/// A point less the centre of mass of an observer, and the axis of the observer.
+fn seen(
+    model: &Model,
+    mechanism: &Mechanism,
+    (point_seen, axis): (Form, usize),
+    observer: &str,
+) -> [Form; 2] {
+    let mut along = [0.0; 3];
+    along[axis] = 1.0;
+    let center = point(model, mechanism, observer, None);
+    let right = point(model, mechanism, observer, Some(along)).minus(&center);
+    [point_seen.minus(&center), right]
 }
 
 /// A point of a member, by components along the axes of the model.
@@ -292,6 +327,9 @@ impl Quantity for Sensed {
         match (self.by.get(parameter), &self.of) {
             (Some(Change::Joint(own)), _) => own.by(at.q),
             (Some(Change::Form(change)), Measured::Point(own)) => change.at(at.q)[own.axis],
+            (Some(Change::Form(change)), Measured::Seen(own)) => {
+                change.at(at.q).dot(&own.right.at(at.q))
+            }
             (Some(Change::Form(change)), Measured::Distance(between)) => {
                 let line = between.at(at.q);
                 line.dot(&change.at(at.q)) / line.norm()
@@ -303,6 +341,10 @@ impl Quantity for Sensed {
         match (self.by.get(parameter), &self.of) {
             (Some(Change::Joint(own)), _) => own.rate_by(at.q, v),
             (Some(Change::Form(change)), Measured::Point(own)) => change.rate(v)[own.axis],
+            (Some(Change::Form(change)), Measured::Seen(own)) => {
+                let [axis, turning] = [own.right.at(at.q), own.right.rate(v)];
+                change.rate(v).dot(&axis) + change.at(at.q).dot(&turning)
+            }
             (Some(Change::Form(change)), Measured::Distance(between)) => {
                 let (line, rate) = (between.at(at.q), between.rate(v));
                 let (moved, length) = (change.at(at.q), line.norm());

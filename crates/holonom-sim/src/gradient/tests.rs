@@ -356,7 +356,17 @@ fn rates_agree_with_differences() {
         "type = \"distance\"\nof = \"box\"",
         "type = \"distance_rate\"\nof = \"box\"\npoint = [0.1, \"= 0.2*place\", 0.0]",
     );
-    for (text, from) in [(&point, ARM), (&turned, ARM), (&spin, LINKAGE), (&apart, FLYING)] {
+    // as another body sees it: a velocity of a point that a parameter moves, an angular velocity
+    let seen = point.replace("of = \"lower\"\n", "of = \"lower\"\nseen_from = \"upper\"\n");
+    let relative =
+        spin.replace("of = \"coupler\"\n[[obj", "of = \"coupler\"\nseen_from = \"crank\"\n[[obj");
+    let place = ARM.replace(
+        "point = [0.4, 0.0, 0.1]",
+        "point = [\"= length/2\", 0.0, 0.1]\nseen_from = \"upper\"",
+    );
+    let texts = [(&point, ARM), (&turned, ARM), (&spin, LINKAGE), (&apart, FLYING)];
+    let by_others = [(&seen, ARM), (&relative, &spin), (&place, ARM)];
+    for (text, from) in texts.into_iter().chain(by_others) {
         assert_ne!(text, from);
         let along = text.replace("at = \"path\"\n", "");
         let along = along.replace("type = \"sensor\"\n", "type = \"sensor\"\nat = \"path\"\n");

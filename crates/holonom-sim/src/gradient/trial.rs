@@ -181,7 +181,7 @@ impl ModelTrials<'_> {
         let mut quantities = Vec::new();
         for SensorRead { key, sensor } in &self.reads {
             let mechanism = &mut prepared.system.mechanism;
-            if let Some(spin) = spin(&model, key, sensor)? {
+            if let Some(spin) = spin(&model, mechanism, key, sensor)? {
                 quantities.push(Measurable::Node(Box::new(spin)));
                 continue;
             }

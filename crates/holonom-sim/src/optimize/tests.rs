@@ -90,9 +90,30 @@ fn rates_are_what_a_run_shows() {
     let sensors = "[[sensor]]\nname = \"speed\"\ntype = \"velocity\"\nof = \"bob\"\n\
                    [[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"hinge\"\n\
                    [[sensor]]\nname = \"spin\"\ntype = \"angular_velocity\"\nof = \"bob\"\n";
-    for (sensor, wanted) in [("speed.x", -0.28), ("rate", 0.31), ("spin.y", 0.31)] {
+    let table = "[[body]]\nname = \"table\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\nposition = [1.0, 0.0, 0.0]\n\
+                 velocity = [0.1, 0.0, 4.9]\nrotation_vector = [0.0, 0.3, 0.0]\nangular_velocity = [0.0, 0.0, 0.5]\n";
+    let seen = |name: &str, kind: &str| {
+        format!(
+            "[[sensor]]\nname = \"{name}\"\ntype = \"{kind}\"\nof = \"bob\"\nseen_from = \"table\"\n"
+        )
+    };
+    let sensors = &(sensors.to_owned()
+        + table
+        + &seen("place_seen", "position")
+        + &seen("speed_seen", "velocity")
+        + &seen("spin_seen", "angular_velocity"));
+    let cases = [
+        ("speed.x", -0.28),
+        ("rate", 0.31),
+        ("spin.y", 0.31),
+        ("place_seen.z", -1e3),
+        ("speed_seen.y", -1e3),
+        ("spin_seen.y", 0.31),
+    ];
+    for (sensor, wanted) in cases {
+        let bound = if wanted < -1.0 { "min" } else { "equals" }; // far away: read alone
         let text = format!(
-            "{PENDULUM}{sensors}[[condition]]\nname = \"fast\"\nsensor = \"{sensor}\"\nequals = {wanted:?}\nat = 0.5\n\
+            "{PENDULUM}{sensors}[[condition]]\nname = \"fast\"\nsensor = \"{sensor}\"\n{bound} = {wanted:?}\nat = 0.5\n\
              [[objective]]\nname = \"calm\"\ntype = \"sensor\"\nsensor = \"{sensor}\"\nat = \"path\"\n\
              [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
         );
@@ -110,7 +131,9 @@ fn rates_are_what_a_run_shows() {
             shown.windows(2).map(|pair| 0.25 * 0.005 * (pair[0].powi(2) + pair[1].powi(2)));
         let (cost, own) = (squares.sum::<f64>(), found.report.terms[0].value);
         println!("{sensor}: {} for {wanted}, cost {own} for {cost}", shown[100]);
-        assert!((shown[100] - wanted).abs() < 1e-9, "{sensor}: {}", shown[100]);
+        let read = found.report.conditions[0].value;
+        assert!((shown[100] - read).abs() < 1e-9, "{sensor}: {read} for {}", shown[100]);
+        assert!(wanted < -1.0 || (read - wanted).abs() < 1e-9, "{sensor}: {read}");
         assert!((cost - own).abs() < 1e-9 * cost, "{sensor}: {own} for {cost}");
     }
 }
