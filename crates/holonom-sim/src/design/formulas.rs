@@ -23,7 +23,7 @@ use vi_multibody::mechanism::Mechanism;
 /// The expressions that a parameter changes.
 pub(super) struct Formulas<'a> {
     parameter: &'a ParameterTangent,
-    curves: Curves<'a>,
+    curves: &'a Curves<'a>,
     /// Signals that are values and change.
     signals: BTreeMap<String, Moving>,
     taken: RefCell<BTreeSet<String>>,
@@ -37,13 +37,10 @@ impl<'a> Formulas<'a> {
     pub(super) fn new(
         parameter: &'a ParameterTangent,
         model: &'a Model,
+        curves: &'a Curves<'a>,
     ) -> Result<Self, ModelError> {
-        let mut own = Self {
-            parameter,
-            curves: Curves::new(model),
-            signals: BTreeMap::new(),
-            taken: RefCell::default(),
-        };
+        let mut own =
+            Self { parameter, curves, signals: BTreeMap::new(), taken: RefCell::default() };
         // each after those it reads: there are no circles
         for _ in &model.signals {
             for signal in model.signals.iter().filter(|own| own.every.is_none()) {
@@ -66,6 +63,11 @@ impl<'a> Formulas<'a> {
             }
         }
         Ok(own)
+    }
+
+    /// Whether no expression changes.
+    fn is_empty(&self) -> bool {
+        self.parameter.formulas.is_empty() && self.signals.is_empty()
     }
 
     pub(super) fn name(&self) -> &str {
@@ -147,6 +149,9 @@ fn replace<'f>(
 impl Chain<'_> {
     /// Forces of which an expression changes.
     pub(super) fn expressions(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+        if self.formulas.is_empty() && self.model.bushings.is_empty() {
+            return Ok(());
+        }
         let mut derived = self.model.clone();
         let mut changed = BTreeSet::new();
         for law in &mut derived.laws {

@@ -21,8 +21,8 @@ mod tests;
 use crate::system::System;
 use formulas::Formulas;
 use holonom_model::{
-    Constraint, Formula, Model, ModelError, ModelText, Override, ParameterTangent, Placements,
-    Slopes, nearest,
+    Constraint, Curves, Formula, Model, ModelError, ModelText, Override, ParameterTangent,
+    Placements, Slopes, nearest,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -132,7 +132,8 @@ pub(crate) fn tangents_of(
     let stated = text.stated(overrides)?;
     let parameters = text.parameter_tangents(overrides)?;
     let moving = |own: &&ParameterTangent| wanted(&own.name) && !own.is_idle();
-    let one = |own| tangent(&stated, model, (system, &counts), own);
+    let curves = Curves::new(model);
+    let one = |own| tangent((&stated, model, &curves), (system, &counts), own);
     let compliant = model.contacts.iter().find(|contact| !contact.is_rigid());
     if let Some((contact, parameter)) = compliant.zip(parameters.iter().find(moving)) {
         let (key, name) = (format!("contact.{}.model", contact.name), &parameter.name);
@@ -143,15 +144,14 @@ pub(crate) fn tangents_of(
 }
 
 fn tangent(
-    stated: &Model,
-    model: &Model,
+    (stated, model, curves): (&Model, &Model, &Curves<'_>),
     (system, counts): (&System, &dyn Fn(&str) -> bool),
     parameter: &ParameterTangent,
 ) -> Result<ModelTangent, ModelError> {
     let name = &parameter.name;
     let slopes = Slopes::new(parameter);
     let placements = Placements::new(stated, model, &slopes);
-    let formulas = Formulas::new(parameter, model)?;
+    let formulas = Formulas::new(parameter, model, curves)?;
     let (slopes, placements, formulas) = (&slopes, &placements, &formulas);
     let found = Chain { stated, model, system, slopes, placements, formulas }.tangent(parameter)?;
     if let Some(formula) = formulas.left().iter().find(|key| counts(key)) {
