@@ -7,8 +7,9 @@
 
 use super::quantity::{Measured, Sensed, spin_of};
 use crate::design::{ModelTangent, refused};
+use crate::sensor::observed;
 use holonom_model::expression::Program;
-use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor, SensorKind};
+use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
 use vi_control::identification::Reading as Shown;
 use vi_control::objective::Quantity;
 use vi_control::terminal_rate::{NodeQuantity, RateOf};
@@ -81,16 +82,11 @@ impl NodeQuantity for Expressed {
     }
 }
 
-/// The sensor of this name, where it is an expression: with what it reads.
-fn observed<'a>(model: &'a Model, name: &str) -> Option<(&'a Sensor, Observed)> {
-    let sensor = model.sensors.iter().find(|own| own.name == name)?;
-    let value = sensor.value.as_ref().filter(|_| sensor.kind == SensorKind::Expression)?;
-    Some((sensor, Observed::expression(&value.0, model, &Quantities::new(model)).ok()?))
-}
-
 /// What a sensor reads where it is an expression: sensors of the model, and of what names mean.
 pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
-    let readings = observed(model, name).map_or_else(Vec::new, |(_, own)| own.readings);
+    let sensor = model.sensors.iter().find(|own| own.name == name);
+    let own = sensor.and_then(|own| observed(model, own));
+    let readings = own.map_or_else(Vec::new, |own| own.readings);
     let sensor = |reading| match reading {
         Reading::Sensor(sensor, _) => Some(*sensor),
         Reading::Signal(_) => None,
@@ -109,7 +105,8 @@ pub(crate) fn expressed(
     (key, text): (&str, &str),
     tangents: &[ModelTangent],
 ) -> Result<Option<Expressed>, ModelError> {
-    let Some((sensor, own)) = observed(model, text) else { return Ok(None) };
+    let Some(sensor) = model.sensors.iter().find(|own| own.name == text) else { return Ok(None) };
+    let Some(own) = observed(model, sensor) else { return Ok(None) };
     let own = evaluated(model, mechanism, key, own, tangents)?;
     let mut by = Vec::new();
     for tangent in tangents {

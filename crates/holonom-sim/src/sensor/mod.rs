@@ -586,8 +586,8 @@ impl Gauge {
     }
 }
 
-/// The expression of a sensor.
-fn observed(model: &Model, sensor: &Sensor) -> Option<Observed> {
+/// The expression of a sensor; `None` of others.
+pub(crate) fn observed(model: &Model, sensor: &Sensor) -> Option<Observed> {
     let value = sensor.value.as_ref().filter(|_| sensor.kind == SensorKind::Expression)?;
     Observed::expression(&value.0, model, &Quantities::new(model)).ok()
 }
