@@ -3,10 +3,10 @@
 
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
-use std::slice::from_ref;
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
 use vi_constraints::linearization::Costate;
 use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_core::galerkin::Stages;
 use vi_core::linear::norm_inf;
 use vi_core::{Composition, Interval, SeparableSystem};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
@@ -27,6 +27,7 @@ fn random_mechanism(
     bodies: usize,
     seed: u64,
     (loaded, kept): (bool, usize),
+    options: Options,
 ) -> Option<MechanismIntegrator> {
     let mut random = Sample::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
@@ -80,7 +81,12 @@ fn random_mechanism(
     }
     let built = builder.build().ok()?;
     let dof = built.mechanism.tree().dof();
-    (dof > kept).then(|| built.integrator(Options::new(SchemeKind::Nodal, 0.02)).ok()).flatten()
+    (dof > kept).then(|| built.integrator(options).ok()).flatten()
+}
+
+/// Steps of order 2.
+fn second() -> Options {
+    Options::new(SchemeKind::Nodal, 0.02)
 }
 
 /// What a sweep backward over some steps finds: `a` along tangents and `b` at the start; of each
@@ -96,31 +102,36 @@ struct Found {
 fn back(
     run: &MechanismIntegrator,
     sweep: &mut Sweep,
-    (steps, p): (&[Interval], &[f64]),
+    (steps, p): (&[Vec<Interval>], &[f64]),
     mut costate: Costate,
     along: Tangents,
 ) -> Found {
     let (system, mechanism) = (run.system(), run.constraints());
     let mut momenta = vec![p.to_vec()];
     for s in steps {
-        let mut next = p.to_vec();
-        sweep.momentum(system, from_ref(s), &mut next);
+        let mut next = momenta.last().unwrap().clone();
+        sweep.momentum(system, s, &mut next);
         momenta.push(next);
     }
-    sweep.hold(system, &steps[steps.len() - 1..], &mut costate);
+    sweep.hold(system, &steps[steps.len() - 1], &mut costate);
     let (mut mu, mut rows) = (Vec::new(), Vec::new());
     for (s, p) in steps.iter().zip(&momenta).rev() {
-        sweep.pull(system, mechanism, from_ref(s), p, &mut costate).unwrap();
+        sweep.pull(system, mechanism, s, p, &mut costate).unwrap();
         let between = |of: &[f64]| of[mechanism.len_internal()..].to_vec();
-        sweep.for_each_part(from_ref(s), &mut |_, impulse, costates| {
-            mu.push(costates.step.to_vec());
-            rows.push([costates.rows, impulse].map(between));
+        sweep.for_each_part(s, &mut |at, impulse, costates| {
+            if at.has_forces() {
+                mu.push(costates.step.to_vec());
+                mu.push(costates.momentum.to_vec());
+            }
+            if at.has_rows() {
+                rows.push([costates.rows, impulse].map(between));
+            }
         });
     }
     if along == Tangents::OfBodies {
         return Found { a: costate.q, b: costate.p, mu, rows };
     }
-    let start = &steps[0];
+    let start = steps[0].last().unwrap();
     let (n, m, rank) = (mechanism.dim(), mechanism.len(), run.rows().len());
     let mut jacobian = DMatrix::zeros(n.max(m), n); // all right singular vectors
     mechanism.jacobian(start.t, &start.q0, &mut jacobian);
@@ -143,11 +154,12 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let (n, m) = (run.state().q.len(), run.constraints().len());
     let mut sweeps = vec![(Tangents::OfMechanism, run.costate_sweep(Tangents::OfMechanism)?)];
     if run.rows().len() == m {
-        sweeps.push((Tangents::OfBodies, run.costate_sweep(Tangents::OfBodies)?));
+        let along = Tangents::OfBodies;
+        sweeps.extend(run.costate_sweep(along).map(|sweep| (along, sweep)));
     }
-    let (p, mut taken) = (run.state().p.clone(), Vec::<Interval>::new());
+    let (p, mut taken) = (run.state().p.clone(), Vec::<Vec<Interval>>::new());
     for _ in 0..steps {
-        run.step_with(&mut |_, _, step| taken.push(step.s.clone())).unwrap();
+        run.step_with(&mut |_, _, step| taken.push(step.points().to_vec())).unwrap();
     }
     let mut random = || (0..n).map(|_| sample.number()).collect();
     let end = Costate { q: random(), p: random(), z: Vec::new() };
@@ -179,7 +191,8 @@ fn of_random_trees() {
         for loaded in [false, true] {
             // a length of a planar joint that is written from child to parent is no unknown:
             // what acts along it couples bodies
-            if let Some(mut run) = random_mechanism(1 + seed as usize % 7, seed, (loaded, 0))
+            if let Some(mut run) =
+                random_mechanism(1 + seed as usize % 7, seed, (loaded, 0), second())
                 && let Some(off) = difference(&mut run, &mut sample, 6)
             {
                 assert!(off < 1e-11, "seed {seed}: {off:e}");
@@ -189,6 +202,26 @@ fn of_random_trees() {
     }
     println!("sweeps and saddle points differ by {worst:.1e} at most on {compared} trees");
     assert!(compared > 180, "{compared}");
+}
+
+#[test]
+fn of_random_trees_by_galerkin_steps() {
+    let mut sample = Sample::new(8);
+    let (mut worst, mut compared) = (0.0, 0);
+    for seed in 0..60 {
+        for loaded in [false, true] {
+            let options = second().galerkin(Stages::new(1 + seed as usize % 4).unwrap());
+            let bodies = 1 + seed as usize % 7;
+            if let Some(mut run) = random_mechanism(bodies, seed, (loaded, 0), options)
+                && let Some(off) = difference(&mut run, &mut sample, 4)
+            {
+                assert!(off < 3e-11, "seed {seed}, loaded {loaded}: {off:e}");
+                (worst, compared) = (off.max(worst), compared + 1);
+            }
+        }
+    }
+    println!("eliminations and saddle points differ by {worst:.1e} at most on {compared} trees");
+    assert!(compared > 90, "{compared}");
 }
 
 /// Of the Jacobian at the start: near a singular configuration the saddle point loses digits.
@@ -205,7 +238,8 @@ fn of_random_loops() {
     let (mut worst, mut compared) = (0.0, 0);
     for seed in 0..60 {
         for (loaded, kept) in [(false, 1), (true, 2), (false, 4)] {
-            if let Some(mut run) = random_mechanism(2 + seed as usize % 6, seed, (loaded, kept))
+            if let Some(mut run) =
+                random_mechanism(2 + seed as usize % 6, seed, (loaded, kept), second())
                 && least_singular_value(&run) > 0.01
                 && let Some(off) = difference(&mut run, &mut sample, 6)
             {
