@@ -2,10 +2,16 @@
 //! step, with the exact matrix of all its control points, transposed.
 //!
 //! Its formulas stand in `crate::sweep::point_costate`. The costate `a` at `q_n` is that of a step
-//! of order 2 [2.47] with another velocity: `H_i0ᵀ x_i` of inertia is `(M/h) Σ_i K_i0 x_i`.
+//! of order 2 [2.47] with another velocity: `H_i0ᵀ x_i` of inertia is `(M/h) Σ_i K_i0 x_i`. Where all
+//! motions of bodies count, impulses and costates of the joints follow at each control point from
+//! the wrenches they transmit ([`JointNodes`]):
+//! ```text
+//! w_i = G(q_i)ᵀ Λ_i,   δ_js a' + Σ_i H_ijᵀ x_i = G(q_j)ᵀ σ_j                                 [2.50]
+//! ```
 #![allow(non_snake_case)] // K
 
 use super::body_blocks::{couples_beyond_parents, couples_bodies};
+use super::joint_costates::JointNodes;
 use super::tree_step::body_forces::initial_interval;
 use super::tree_step::emitted::Emitted;
 use super::tree_step::space::SPACE;
@@ -39,7 +45,31 @@ pub(in crate::solver) struct PointCostates {
     w: [Vec<f64>; 2],  // n  w_0, w_i
     x: Vec<Vec<f64>>,  // (s + 1) × n
     scratch: Vec<f64>, // n
-    m: Vec<f64>,       // d
+    joints: Option<Joints>,
+    m: Vec<f64>, // d
+}
+
+/// The joints during a step backward.
+#[derive(Debug)]
+struct Joints {
+    all: JointNodes,
+    balance: Vec<Vec<f64>>,  // s × n  w_i, then y_i
+    impulses: Vec<Vec<f64>>, // s × m  Λ_i
+    sigma: Vec<Vec<f64>>,    // s × m  σ_1 … σ_s
+    end: Vec<f64>,           // n
+}
+
+impl Joints {
+    fn new(mechanism: &Mechanism, s: usize) -> Self {
+        let rows = || vec![vec![0.0; mechanism.len()]; s];
+        Self {
+            all: JointNodes::new(mechanism, s + 1),
+            balance: vec![vec![0.0; mechanism.dim()]; s],
+            impulses: rows(),
+            sigma: rows(),
+            end: vec![0.0; mechanism.dim()],
+        }
+    }
 }
 
 /// What acts beside inertia and constant forces.
@@ -120,15 +150,14 @@ impl Forces {
 impl PointCostates {
     /// `None` where the sweeps do not apply: beside point masses, closed loops, constraints on
     /// velocities, internal variables, interpolated strains, and forces that couple other bodies
-    /// than links with their parents; where all motions of bodies count.
+    /// than links with their parents.
     pub(in crate::solver) fn new(
         mechanism: &Mechanism,
         system: &SeparableSystem,
         stages: Stages,
         along: Tangents,
     ) -> Option<Self> {
-        let applies = along == Tangents::OfMechanism
-            && mechanism.description().particles.is_empty()
+        let applies = mechanism.description().particles.is_empty()
             && !mechanism.has_velocity_constraints()
             && mechanism.loop_constraints().is_empty()
             && system.internal_variables() == 0
@@ -148,6 +177,7 @@ impl PointCostates {
             w: [zeros(), zeros()],
             x: vec![zeros(); s + 1],
             scratch: zeros(),
+            joints: (along == Tangents::OfBodies).then(|| Joints::new(mechanism, s)),
             m: vec![0.0; d],
         })
     }
@@ -188,9 +218,63 @@ impl PointCostates {
         }
     }
 
+    /// Finds `Λ_i`: they balance `w_i`.
+    fn take_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+    ) -> Result<(), Singular> {
+        let Self { points, joints, parts, w: [first, _], .. } = self;
+        let Some(Joints { all, balance, impulses, .. }) = joints else { return Ok(()) };
+        parts.stand_between(points);
+        all.go_back();
+        for (i, (w, impulse)) in balance.iter_mut().zip(impulses).enumerate() {
+            match i {
+                0 => w.copy_from_slice(first),
+                _ => points.balance(system, i, w),
+            }
+            all.balance(mechanism, (i, points.q(i)), w, impulse)?;
+        }
+        first.fill(0.0); // the curvature is that of their rows, not of P
+        Ok(())
+    }
+
+    /// Finds `σ_j`; `a`: `a'`.
+    fn give_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        a: &[f64],
+    ) -> Result<(), Singular> {
+        let Self { points, joints, forces, x, scratch, .. } = self;
+        let Some(Joints { all, balance, impulses, sigma, end }) = joints else { return Ok(()) };
+        let (s, h) = (points.stages(), points.h());
+        for (j, sigma) in (1..=s).zip(sigma) {
+            match j == s {
+                true => end.copy_from_slice(a),
+                false => end.fill(0.0),
+            }
+            scratch.fill(0.0);
+            for (i, x) in x.iter().enumerate() {
+                let K = points.constants().K[(i, j)];
+                scratch.iter_mut().zip(x).for_each(|(sum, x)| *sum += K * x);
+                if let Some(forces) = forces {
+                    forces.transposed((system, points), (i, j), (1.0 / h, x), end);
+                }
+            }
+            system.inertia().mul_add(1.0 / h, scratch, end);
+            if j < s {
+                scratch.iter_mut().zip(&x[j]).for_each(|(mu, x)| *mu = -x);
+                all.bend(points.q(j), [&impulses[j], &balance[j]], scratch, end);
+            }
+            all.press(mechanism, (j, points.q(j)), end, sigma)?;
+        }
+        Ok(())
+    }
+
     /// The costate at `q_n` from all `x_i`.
     fn give(&mut self, system: &SeparableSystem, costate: &mut Costate) {
-        let Self { points, all, at, forces, w: [first, _], x, scratch, m, .. } = self;
+        let Self { points, all, at, forces, joints, w: [first, _], x, scratch, m, .. } = self;
         let (step, K) = (points.step(), &points.constants().K);
         let Costate { q: a, p: b, .. } = costate;
         b.copy_from_slice(&x[0]);
@@ -201,6 +285,9 @@ impl PointCostates {
         at.works.iter_mut().enumerate().for_each(|(k, work)| work.twist = all.twist(k));
         m.iter_mut().enumerate().for_each(|(unknown, m)| *m = all.rate(unknown));
         at.pull(step, (first, m), [a, b, scratch]);
+        if let Some(Joints { all, balance, impulses, .. }) = joints {
+            all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
+        }
         if let Some(forces) = forces {
             for (i, x) in x.iter().enumerate() {
                 forces.transposed((system, points), (i, 0), (1.0 / step.h, x), a);
@@ -222,12 +309,13 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
     fn pull(
         &mut self,
         system: &SeparableSystem,
-        _: &Mechanism,
+        mechanism: &Mechanism,
         points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.stand(system, points, p);
+        self.take_joints(system, mechanism)?;
         self.load(system, costate);
         let solvable = self.all.solve(&self.at.links, self.forces.as_ref().map(|own| &own.acting));
         let s = self.points.stages();
@@ -236,6 +324,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
             x.iter_mut().for_each(|x| *x = -*x); // x_i = −μ_i
         }
         self.x[s].copy_from_slice(&costate.p);
+        self.give_joints(system, mechanism, &costate.q)?;
         self.give(system, costate);
         if !solvable || !self.m.iter().all(|m| m.is_finite()) {
             return Err(Singular);
@@ -245,9 +334,12 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
     }
 
     fn for_each_part(&self, _: &[Interval], visit: &mut PartVisitor<'_>) {
-        for k in 0..self.parts.stages() {
-            let (place, impulse) = self.parts.part(k, &[]);
-            visit(place, impulse, self.parts.costates(k, &[]));
+        let (s, joints) = (self.parts.stages(), self.joints.as_ref());
+        let [impulses, sigma] =
+            joints.map_or([&[][..]; 2], |joints| [&joints.impulses[..], &joints.sigma]);
+        for k in 0..if joints.is_some() { 2 * s } else { s } {
+            let (place, impulse) = self.parts.part(k, impulses);
+            visit(place, impulse, self.parts.costates(k, sigma));
         }
     }
 }
