@@ -4,10 +4,10 @@
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
-use vi_constraints::linearization::Costate;
+use vi_constraints::linearization::{Costate, Sources, Tangent};
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::galerkin::Stages;
-use vi_core::linear::norm_inf;
+use vi_core::linear::{dot, norm_inf};
 use vi_core::{Composition, Interval, SeparableSystem};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::held_effort::HeldEffort;
@@ -222,6 +222,65 @@ fn of_random_trees_by_galerkin_steps() {
     }
     println!("eliminations and saddle points differ by {worst:.1e} at most on {compared} trees");
     assert!(compared > 90, "{compared}");
+}
+
+/// The defect of `a'·δq' + b'·δp̄' = a·δq + b·δp̄ + sources` over some steps, relative to its terms:
+/// forward by the saddle point, backward by the sweep over links; `None` where there is none.
+fn defect(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
+    let (n, m) = (run.state().q.len(), run.constraints().len());
+    let mut sweep = run.costate_sweep(Tangents::OfMechanism)?;
+    let mut general = Linearization::new(run.method(), (n, m), run.rows());
+    let mut random = || (0..n).map(|_| sample.number()).collect::<Vec<f64>>();
+    let (mut worst, mut tangent) = (0.0_f64, Tangent::zero(n, 0)); // which stays one
+    for _ in 0..steps {
+        let (p, mut points) = (run.state().p.clone(), Vec::<Interval>::new());
+        run.step_with(&mut |_, _, taken| points.extend_from_slice(taken.points())).ok()?;
+        let (system, mechanism) = (run.system(), run.constraints());
+        general.linearize(system, mechanism, &points, &p).unwrap();
+        tangent.p = random();
+        let start = tangent.clone();
+        general.clear_sources();
+        let mut sources = Vec::new();
+        for part in 0..general.parts() {
+            let mut own = Sources::zero(n, m);
+            if general.part(&points, part).0.has_forces() {
+                (own.minus, own.plus) = (random(), random());
+                general.add_sources(part, &own);
+                sources.push(own);
+            }
+        }
+        general.push(system, mechanism, &points, &mut tangent).unwrap();
+        let mut costate = Costate { q: random(), p: random(), z: Vec::new() };
+        let mut terms = vec![dot(&costate.q, &tangent.q), dot(&costate.p, &tangent.p)];
+        sweep.pull(system, mechanism, &points, &p, &mut costate).unwrap();
+        terms.extend([-dot(&costate.q, &start.q), -dot(&costate.p, &start.p)]);
+        let mut sources = sources.iter();
+        sweep.for_each_part(&points, &mut |_, _, costates| {
+            let Sources { minus, plus, .. } = sources.next().unwrap();
+            terms.extend([dot(minus, costates.step), -dot(plus, costates.momentum)]);
+        });
+        let size: f64 = terms.iter().map(|x| x.abs()).sum();
+        worst = worst.max(terms.iter().sum::<f64>().abs() / size);
+    }
+    Some(worst)
+}
+
+#[test]
+fn a_step_of_a_tree_backward_is_the_transposed_of_one_forward() {
+    let mut sample = Sample::new(9);
+    let (mut worst, mut compared) = (0.0_f64, 0);
+    for seed in 0..60 {
+        let options = second().galerkin(Stages::new(1 + seed as usize % 4).unwrap());
+        let bodies = 1 + seed as usize % 5;
+        if let Some(mut run) = random_mechanism(bodies, seed, (seed % 2 == 0, 0), options)
+            && let Some(off) = defect(&mut run, &mut sample, 4)
+        {
+            assert!(off < 1e-13, "seed {seed}: {off:e}");
+            (worst, compared) = (off.max(worst), compared + 1);
+        }
+    }
+    println!("forward and backward differ by {worst:.1e} of their terms on {compared} trees");
+    assert!(compared > 45, "{compared}");
 }
 
 /// Of the Jacobian at the start: near a singular configuration the saddle point loses digits.

@@ -79,10 +79,14 @@ fn driven() -> Subject {
     Subject { name: "driven", built: builder.build().unwrap(), controlled: Vec::new() }
 }
 
-/// A run of a subject by steps of this length.
+/// A run of a subject from 0.3 s on by steps of this length.
 fn by(subject: Subject, stages: usize, h: f64) -> (MechanismIntegrator, Controls, Objective) {
     let options = Options::new(SchemeKind::Nodal, h).galerkin(Stages::new(stages).unwrap());
-    run_with(subject, options, STEPS)
+    let (mut run, controls, objective) = run_with(subject, options, STEPS);
+    let mut start = run.state().clone();
+    start.t = 0.3;
+    run.resume(start).unwrap();
+    (run, controls, objective)
 }
 
 /// The cost of the run.
