@@ -74,10 +74,19 @@ fn chain(
     (Case { name: format!("chain of {n}, h = {step} s{how}"), steps, controls }, run)
 }
 
-const LOOPS: [(&str, fn() -> MechanismIntegrator); 2] =
+const LOOPS: [(&str, fn(Option<Stages>) -> MechanismIntegrator); 2] =
     [("four-bar linkage", four_bar), ("six-hinge linkage", six_hinges)];
 
-fn four_bar() -> MechanismIntegrator {
+/// Steps of 1 ms.
+fn fine(stages: Option<Stages>) -> Options {
+    let options = Options::new(SchemeKind::Nodal, 1e-3);
+    match stages {
+        Some(stages) => options.galerkin(stages),
+        None => options,
+    }
+}
+
+fn four_bar(stages: Option<Stages>) -> MechanismIntegrator {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = |mass| Inertia::principal(mass, [0.02, 0.05, 0.04]);
     let crank = builder.body("crank", bar(0.8)).at([0.0, 0.0, 0.15]).id();
@@ -92,11 +101,11 @@ fn four_bar() -> MechanismIntegrator {
         let hinge = builder.joint("hinge", PairKind::Revolute, parent, child);
         hinge.at([x, 0.0, z]).axis([0.0, 1.0, 0.0]);
     }
-    builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 1e-3)).unwrap()
+    builder.build().unwrap().integrator(fine(stages)).unwrap()
 }
 
 /// The shipped model `six_hinge_cube`, falling.
-fn six_hinges() -> MechanismIntegrator {
+fn six_hinges(stages: Option<Stages>) -> MechanismIntegrator {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let (i, o) = (1.0, 0.0);
     let corners = [[o, o, o], [i, o, o], [i, -i, o], [i, -i, i], [o, -i, i], [o, o, i]];
@@ -113,7 +122,7 @@ fn six_hinges() -> MechanismIntegrator {
         let hinge = builder.joint("hinge", PairKind::Revolute, links[(k + 5) % 6], links[k]);
         hinge.at(corners[k]).axis(axes[k % 3]);
     }
-    builder.build().unwrap().integrator(Options::new(SchemeKind::Nodal, 1e-3)).unwrap()
+    builder.build().unwrap().integrator(fine(stages)).unwrap()
 }
 
 /// What a parameter is.
@@ -237,33 +246,47 @@ fn main() {
         }
     }
     let of_order = |stages: usize| Stages::new(stages).unwrap();
-    for (n, stages) in [(1, 2), (8, 2), (8, 3), (64, 2)] {
-        let (case, mut run) = chain(n, (1e-2, 8 + 100 / n), none, Some(of_order(stages)));
-        if chosen(&case.name) && !quick {
-            report(&mut run, &case, rounds);
+    let sizes = [1, 8, 64, 512].into_iter().flat_map(|n| (1..=3).map(move |s| (n, s)));
+    for (n, stages) in sizes {
+        for motors in [none, held].into_iter().take(if n == 8 { 2 } else { 1 }) {
+            let (case, mut run) = chain(n, (1e-2, 8 + 100 / n), motors, Some(of_order(stages)));
+            if chosen(&case.name) && !quick {
+                report(&mut run, &case, rounds);
+            }
         }
     }
-    for (name, run) in LOOPS.into_iter().filter(|(name, _)| chosen(name)) {
-        let case = Case { name: name.into(), steps: 100, controls: Controls::default() };
-        report(&mut run(), &case, rounds);
+    for stages in [None, Some(of_order(2))] {
+        let how = if stages.is_some() { ", Galerkin steps of order 4" } else { "" };
+        for (name, run) in LOOPS {
+            let name = format!("{name}{how}");
+            if chosen(&name) && (stages.is_none() || !quick) {
+                let case = Case { name, steps: 100, controls: Controls::default() };
+                report(&mut run(stages), &case, rounds);
+            }
+        }
     }
     if chosen("growth") {
-        growth(if quick { &[32, 64] } else { &[32, 64, 128, 256, 512] }, rounds);
+        let links: &[usize] = if quick { &[32, 64] } else { &[32, 64, 128, 256, 512] };
+        growth(links, None, rounds);
+        if !quick {
+            growth(links, Some(of_order(2)), rounds);
+        }
     }
 }
 
 /// The exponent with which the time of a gradient grows between chains of so many links.
-fn growth(links: &[usize], rounds: usize) {
+fn growth(links: &[usize], stages: Option<Stages>, rounds: usize) {
+    let how = if stages.is_some() { " of Galerkin steps of order 4" } else { "" };
     for (by, count) in [(By::Masses, 1000), (By::Lengths, 10), (By::Lengths, 1000)] {
         let mut points = Vec::new();
         for &n in links {
-            let (case, mut run) = chain(n, (1e-3, 8), (0, 1), None);
+            let (case, mut run) = chain(n, (1e-3, 8), (0, 1), stages);
             let seconds = measure(&mut run, &case, (by, count), rounds);
             points.push(seconds.map(|seconds| [(n as f64).ln(), seconds.ln()]));
         }
         let [of_run, of_gradient] = [0, 1].map(|i| slope(points.iter().map(|own| own[i])));
         println!(
-            "growth, {count} {by:?}: with the power {of_run:.2} of the links a run, {of_gradient:.2} a gradient"
+            "growth{how}, {count} {by:?}: with the power {of_run:.2} of the links a run, {of_gradient:.2} a gradient"
         );
     }
 }

@@ -132,6 +132,16 @@ impl DiscreteForce for StrainDamping {
         if self.slowness.is_none() { Ok(()) } else { Err(NoTimeSlope) }
     }
 
+    fn add_time_slope(
+        &self,
+        _at: Configuration<'_>,
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Ok(())
+    }
+
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.add(at.t, at.q, v, 1.0, out);
     }

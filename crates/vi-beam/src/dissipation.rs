@@ -207,6 +207,16 @@ impl DiscreteForce for StrainDissipation {
         Ok(())
     }
 
+    fn add_time_slope(
+        &self,
+        _at: Configuration<'_>,
+        _v: &[f64],
+        _scale: f64,
+        _out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Err(NoTimeSlope)
+    }
+
     fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
 
     /// `−Σ ℓ C_i φ_i Δε_i`: what the filters store and dissipate.

@@ -43,6 +43,7 @@
 //! | [`FastestMotions`](fastest_motion::FastestMotions) | the fastest vibrations about a node, with and without potentials: what a step has to resolve |
 //! | [`LegendreTransforms`], [`TangentMap`](tangent_map::TangentMap) | (34)–(42) of given configurations; the exact tangent of a step |
 //! | [`StepLinearization`](linearization::StepLinearization), [`GalerkinLinearization`](galerkin::GalerkinLinearization), [`Linearization`](costate_sweep::Linearization) | the same with forces, sources and memory, forward and backward: of a step, of a Galerkin step, of any |
+//! | [`GaussSlopes`](galerkin::GaussSlopes), [`Parts`](galerkin::Parts) | what acts in a Galerkin step, differentiated; its Gauss nodes and constraints with their costates |
 //! | [`CostateSweep`](costate_sweep::CostateSweep) | trait: backward for costates, by these or by the structure of a mechanism |
 //!
 //! Source: S. Leyendecker, J. E. Marsden, M. Ortiz, ZAMM 88 (2008) 677–708 (LMO08).

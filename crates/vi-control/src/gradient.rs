@@ -415,8 +415,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                     design.add_adjoint(at, impulse, costates, sums); // [2.40]
                 }
                 if by_step {
-                    let since = s.t - self.start;
-                    let slopes = step_sources(system, constraints, (at, since), impulse, sources);
+                    let at = (at, self.start);
+                    let slopes = step_sources(system, constraints, at, impulse, sources);
                     refused = slopes.err().or(refused.take());
                     let Sources { minus, plus, .. } = &*sources;
                     along += dot(plus, costates.momentum) - dot(minus, costates.step);
@@ -437,28 +437,43 @@ fn add(x: &[f64], to: &mut [f64]) {
     to.iter_mut().zip(x).for_each(|(to, x)| *to += x);
 }
 
-/// The sources of a step where all steps and times since the start grow in proportion: its length
-/// by itself, its start by the time since then.
+/// The sources of a part of a step where all steps and times since `t_0` grow in proportion: its
+/// length by itself, its middle or its Gauss node by the time since then. A Galerkin step has fixed
+/// control points: `∂L_d/∂h` is minus the energy at its Gauss nodes.
 pub(crate) fn step_sources(
     system: &impl DiscreteLagrangian,
     constraints: &impl Constraints,
-    (at, since): (Place<'_>, f64),
+    (at, t_0): (Place<'_>, f64),
     impulse: &[f64],
     out: &mut Sources,
 ) -> Result<(), GradientError> {
-    let Place::Step(s) = at else {
-        return Err(NoStepSlope { what: "a Galerkin step".into() }.into());
-    };
     if constraints.is_rheonomic() {
         let what = "a prescribed motion".into();
         return Err(NoStepSlope { what }.into());
     }
     out.clear();
-    let change = StepChange { length: s.h, middle: since + 0.5 * s.h };
-    system.add_step_slope(s, Slot::First, change, &mut out.minus)?;
-    system.add_step_slope(s, Slot::Second, change, &mut out.plus)?;
-    let into = &mut Product { v: impulse, out: &mut out.minus };
-    let mut transposed = Block { into, row: 0, column: 0, scale: -1.0, transposed: true };
-    constraints.jacobian(s.t, &s.q0, &mut transposed); // −Gᵀ hλ
+    let s = at.interval();
+    let change = StepChange { length: s.h, middle: s.t_mid() - t_0 };
+    let Sources { minus, plus, .. } = out;
+    match at {
+        Place::Step(s) => {
+            system.add_step_slope(s, Slot::First, change, minus)?;
+            system.add_step_slope(s, Slot::Second, change, plus)?;
+            let into = &mut Product { v: impulse, out: minus };
+            let mut transposed = Block { into, row: 0, column: 0, scale: -1.0, transposed: true };
+            constraints.jacobian(s.t, &s.q0, &mut transposed); // −Gᵀ hλ
+        }
+        Place::Gauss(s) => {
+            system.gauss_step_slope(s.mid(), &s.v_mid, s.h, change, minus)?;
+            minus.iter_mut().zip(&mut *plus).for_each(|(minus, plus)| {
+                *minus *= 0.5;
+                *plus = *minus;
+            });
+            for (slot, own) in [(Slot::First, minus), (Slot::Second, plus)] {
+                system.mass().mul_add(-slot.sign() * change.length / s.h, &s.v_mid, own); // ∓M V
+            }
+        }
+        Place::Points(_) => {} // constraints know no step
+    }
     Ok(())
 }

@@ -220,8 +220,7 @@ impl Sensitivities {
                 sources.clear();
                 let (at, impulse) = linearization.part(points, part);
                 if direction.step {
-                    let since = s.t - self.start;
-                    step_sources(system, constraints, (at, since), impulse, sources)?;
+                    step_sources(system, constraints, (at, self.start), impulse, sources)?;
                     let Sources { minus, plus, rows } = sources;
                     let all = minus.iter_mut().chain(plus).chain(rows);
                     all.for_each(|x| *x /= self.length); // per unit of a macro step

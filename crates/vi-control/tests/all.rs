@@ -15,6 +15,7 @@ mod designs;
 mod duality;
 mod fits;
 mod galerkin;
+mod galerkin_time;
 mod gradients;
 mod identifications;
 mod optima;

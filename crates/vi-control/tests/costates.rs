@@ -3,11 +3,11 @@
 
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
-use std::slice::from_ref;
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
-use vi_constraints::linearization::Costate;
+use vi_constraints::linearization::{Costate, Sources, Tangent};
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_core::linear::norm_inf;
+use vi_core::galerkin::Stages;
+use vi_core::linear::{dot, norm_inf};
 use vi_core::{Composition, Interval, SeparableSystem};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::held_effort::HeldEffort;
@@ -27,6 +27,7 @@ fn random_mechanism(
     bodies: usize,
     seed: u64,
     (loaded, kept): (bool, usize),
+    options: Options,
 ) -> Option<MechanismIntegrator> {
     let mut random = Sample::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
@@ -80,7 +81,12 @@ fn random_mechanism(
     }
     let built = builder.build().ok()?;
     let dof = built.mechanism.tree().dof();
-    (dof > kept).then(|| built.integrator(Options::new(SchemeKind::Nodal, 0.02)).ok()).flatten()
+    (dof > kept).then(|| built.integrator(options).ok()).flatten()
+}
+
+/// Steps of order 2.
+fn second() -> Options {
+    Options::new(SchemeKind::Nodal, 0.02)
 }
 
 /// What a sweep backward over some steps finds: `a` along tangents and `b` at the start; of each
@@ -96,31 +102,36 @@ struct Found {
 fn back(
     run: &MechanismIntegrator,
     sweep: &mut Sweep,
-    (steps, p): (&[Interval], &[f64]),
+    (steps, p): (&[Vec<Interval>], &[f64]),
     mut costate: Costate,
     along: Tangents,
 ) -> Found {
     let (system, mechanism) = (run.system(), run.constraints());
     let mut momenta = vec![p.to_vec()];
     for s in steps {
-        let mut next = p.to_vec();
-        sweep.momentum(system, from_ref(s), &mut next);
+        let mut next = momenta.last().unwrap().clone();
+        sweep.momentum(system, s, &mut next);
         momenta.push(next);
     }
-    sweep.hold(system, &steps[steps.len() - 1..], &mut costate);
+    sweep.hold(system, &steps[steps.len() - 1], &mut costate);
     let (mut mu, mut rows) = (Vec::new(), Vec::new());
     for (s, p) in steps.iter().zip(&momenta).rev() {
-        sweep.pull(system, mechanism, from_ref(s), p, &mut costate).unwrap();
+        sweep.pull(system, mechanism, s, p, &mut costate).unwrap();
         let between = |of: &[f64]| of[mechanism.len_internal()..].to_vec();
-        sweep.for_each_part(from_ref(s), &mut |_, impulse, costates| {
-            mu.push(costates.step.to_vec());
-            rows.push([costates.rows, impulse].map(between));
+        sweep.for_each_part(s, &mut |at, impulse, costates| {
+            if at.has_forces() {
+                mu.push(costates.step.to_vec());
+                mu.push(costates.momentum.to_vec());
+            }
+            if at.has_rows() {
+                rows.push([costates.rows, impulse].map(between));
+            }
         });
     }
     if along == Tangents::OfBodies {
         return Found { a: costate.q, b: costate.p, mu, rows };
     }
-    let start = &steps[0];
+    let start = steps[0].last().unwrap();
     let (n, m, rank) = (mechanism.dim(), mechanism.len(), run.rows().len());
     let mut jacobian = DMatrix::zeros(n.max(m), n); // all right singular vectors
     mechanism.jacobian(start.t, &start.q0, &mut jacobian);
@@ -143,11 +154,12 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let (n, m) = (run.state().q.len(), run.constraints().len());
     let mut sweeps = vec![(Tangents::OfMechanism, run.costate_sweep(Tangents::OfMechanism)?)];
     if run.rows().len() == m {
-        sweeps.push((Tangents::OfBodies, run.costate_sweep(Tangents::OfBodies)?));
+        let along = Tangents::OfBodies;
+        sweeps.extend(run.costate_sweep(along).map(|sweep| (along, sweep)));
     }
-    let (p, mut taken) = (run.state().p.clone(), Vec::<Interval>::new());
+    let (p, mut taken) = (run.state().p.clone(), Vec::<Vec<Interval>>::new());
     for _ in 0..steps {
-        run.step_with(&mut |_, _, step| taken.push(step.s.clone())).unwrap();
+        run.step_with(&mut |_, _, step| taken.push(step.points().to_vec())).unwrap();
     }
     let mut random = || (0..n).map(|_| sample.number()).collect();
     let end = Costate { q: random(), p: random(), z: Vec::new() };
@@ -179,7 +191,8 @@ fn of_random_trees() {
         for loaded in [false, true] {
             // a length of a planar joint that is written from child to parent is no unknown:
             // what acts along it couples bodies
-            if let Some(mut run) = random_mechanism(1 + seed as usize % 7, seed, (loaded, 0))
+            if let Some(mut run) =
+                random_mechanism(1 + seed as usize % 7, seed, (loaded, 0), second())
                 && let Some(off) = difference(&mut run, &mut sample, 6)
             {
                 assert!(off < 1e-11, "seed {seed}: {off:e}");
@@ -189,6 +202,85 @@ fn of_random_trees() {
     }
     println!("sweeps and saddle points differ by {worst:.1e} at most on {compared} trees");
     assert!(compared > 180, "{compared}");
+}
+
+#[test]
+fn of_random_trees_by_galerkin_steps() {
+    let mut sample = Sample::new(8);
+    let (mut worst, mut compared) = (0.0, 0);
+    for seed in 0..60 {
+        for loaded in [false, true] {
+            let options = second().galerkin(Stages::new(1 + seed as usize % 4).unwrap());
+            let bodies = 1 + seed as usize % 7;
+            if let Some(mut run) = random_mechanism(bodies, seed, (loaded, 0), options)
+                && let Some(off) = difference(&mut run, &mut sample, 4)
+            {
+                assert!(off < 3e-11, "seed {seed}, loaded {loaded}: {off:e}");
+                (worst, compared) = (off.max(worst), compared + 1);
+            }
+        }
+    }
+    println!("eliminations and saddle points differ by {worst:.1e} at most on {compared} trees");
+    assert!(compared > 90, "{compared}");
+}
+
+/// The defect of `a'·δq' + b'·δp̄' = a·δq + b·δp̄ + sources` over some steps, relative to its terms:
+/// forward by the saddle point, backward by the sweep over links; `None` where there is none.
+fn defect(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
+    let (n, m) = (run.state().q.len(), run.constraints().len());
+    let mut sweep = run.costate_sweep(Tangents::OfMechanism)?;
+    let mut general = Linearization::new(run.method(), (n, m), run.rows());
+    let mut random = || (0..n).map(|_| sample.number()).collect::<Vec<f64>>();
+    let (mut worst, mut tangent) = (0.0_f64, Tangent::zero(n, 0)); // which stays one
+    for _ in 0..steps {
+        let (p, mut points) = (run.state().p.clone(), Vec::<Interval>::new());
+        run.step_with(&mut |_, _, taken| points.extend_from_slice(taken.points())).ok()?;
+        let (system, mechanism) = (run.system(), run.constraints());
+        general.linearize(system, mechanism, &points, &p).unwrap();
+        tangent.p = random();
+        let start = tangent.clone();
+        general.clear_sources();
+        let mut sources = Vec::new();
+        for part in 0..general.parts() {
+            let mut own = Sources::zero(n, m);
+            if general.part(&points, part).0.has_forces() {
+                (own.minus, own.plus) = (random(), random());
+                general.add_sources(part, &own);
+                sources.push(own);
+            }
+        }
+        general.push(system, mechanism, &points, &mut tangent).unwrap();
+        let mut costate = Costate { q: random(), p: random(), z: Vec::new() };
+        let mut terms = vec![dot(&costate.q, &tangent.q), dot(&costate.p, &tangent.p)];
+        sweep.pull(system, mechanism, &points, &p, &mut costate).unwrap();
+        terms.extend([-dot(&costate.q, &start.q), -dot(&costate.p, &start.p)]);
+        let mut sources = sources.iter();
+        sweep.for_each_part(&points, &mut |_, _, costates| {
+            let Sources { minus, plus, .. } = sources.next().unwrap();
+            terms.extend([dot(minus, costates.step), -dot(plus, costates.momentum)]);
+        });
+        let size: f64 = terms.iter().map(|x| x.abs()).sum();
+        worst = worst.max(terms.iter().sum::<f64>().abs() / size);
+    }
+    Some(worst)
+}
+
+#[test]
+fn a_step_of_a_tree_backward_is_the_transposed_of_one_forward() {
+    let mut sample = Sample::new(9);
+    let (mut worst, mut compared) = (0.0_f64, 0);
+    for seed in 0..60 {
+        let options = second().galerkin(Stages::new(1 + seed as usize % 4).unwrap());
+        let bodies = 1 + seed as usize % 5;
+        if let Some(mut run) = random_mechanism(bodies, seed, (seed % 2 == 0, 0), options)
+            && let Some(off) = defect(&mut run, &mut sample, 4)
+        {
+            assert!(off < 1e-13, "seed {seed}: {off:e}");
+            (worst, compared) = (off.max(worst), compared + 1);
+        }
+    }
+    println!("forward and backward differ by {worst:.1e} of their terms on {compared} trees");
+    assert!(compared > 45, "{compared}");
 }
 
 /// Of the Jacobian at the start: near a singular configuration the saddle point loses digits.
@@ -205,7 +297,8 @@ fn of_random_loops() {
     let (mut worst, mut compared) = (0.0, 0);
     for seed in 0..60 {
         for (loaded, kept) in [(false, 1), (true, 2), (false, 4)] {
-            if let Some(mut run) = random_mechanism(2 + seed as usize % 6, seed, (loaded, kept))
+            if let Some(mut run) =
+                random_mechanism(2 + seed as usize % 6, seed, (loaded, kept), second())
                 && least_singular_value(&run) > 0.01
                 && let Some(off) = difference(&mut run, &mut sample, 6)
             {

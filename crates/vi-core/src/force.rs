@@ -63,6 +63,17 @@ pub trait DiscreteForce: Send + Sync {
         change: StepChange,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope>;
+    /// `out ← out + scale ∂f/∂t (t, q, v)` of the continuous force.
+    ///
+    /// # Errors
+    /// [`NoTimeSlope`], also where the force is not known by its continuous form.
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope>;
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
     /// `(f_d^- + f_d^+)·Δq/h`, J: the work in a step; `scratch`: shape `n`.
@@ -263,6 +274,16 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         self.0.add(t, q, v, 0.5 * dh, out);
         self.0.add_velocity_derivative(t, q, v, -0.5 * dh, &mut Product { v, out });
         self.0.add_time_derivative(t, q, v, 0.5 * s.h * change.middle, out)
+    }
+
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.0.add_time_derivative(at.t, at.q, v, scale, out)
     }
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {

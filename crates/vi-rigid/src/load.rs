@@ -336,6 +336,18 @@ impl DiscreteForce for Load {
         Ok(())
     }
 
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        _v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let (unit, slope) = (self.of_frame(at.q), self.history.slope(at.t).ok_or(NoTimeSlope)?);
+        self.add(scale * slope, self.directed(1.0, unit), unit, &mut out[self.offset..]);
+        Ok(())
+    }
+
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let wrench = self.wrench(s.t_mid(), self.of_frame(&s.q_mid));
         let mut impulse = [0.0; FRAME];

@@ -153,8 +153,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// What pulls costates back over steps by the structure of the mechanism, where that is known.
     #[must_use]
     pub fn costate_sweep(&self, along: Tangents) -> Option<Box<dyn CostateSweep<S, C>>> {
-        let choice = self.costates.filter(|_| self.method.stages().is_none());
-        choice.and_then(|choice| choice(&self.system, &self.constraints, &self.rows, along))
+        let choice = self.costates?;
+        choice(&self.system, &self.constraints, &self.rows, (self.method, along))
     }
 
     /// Condition numbers of the Newton matrix of the last step.

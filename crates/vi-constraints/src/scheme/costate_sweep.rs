@@ -51,10 +51,10 @@ pub trait CostateSweep<S, C> {
 /// Takes a part of the equations of a step, impulses of its constraints, and costates.
 pub type PartVisitor<'a> = dyn FnMut(Place<'_>, &[f64], Costates<'_>) + 'a;
 
-/// Makes the sweep of a mechanism with these independent constraints; `None` where its structure
-/// offers none that is faster.
+/// Makes the sweep of a mechanism with these independent constraints over the steps of a method;
+/// `None` where its structure offers none that is faster.
 pub type CostateChoice<S, C> =
-    fn(&S, &C, &IndependentRows, Tangents) -> Option<Box<dyn CostateSweep<S, C>>>;
+    fn(&S, &C, &IndependentRows, (Method, Tangents)) -> Option<Box<dyn CostateSweep<S, C>>>;
 
 /// Along which changes of a configuration costates count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -87,6 +87,21 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     ) -> Result<(), NoStepSlope> {
         Err(NoStepSlope { what: "the discrete Lagrangian".into() })
     }
+    /// `out ←` the change of `h (f − ∇V)` at a Gauss node of a Galerkin step `h` with the step, at
+    /// fixed control points: the velocity `v` is divided by `h`.
+    ///
+    /// # Errors
+    /// [`NoStepSlope`], unless said otherwise.
+    fn gauss_step_slope(
+        &self,
+        _at: Configuration<'_>,
+        _v: &[f64],
+        _h: f64,
+        _change: StepChange,
+        _out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        Err(NoStepSlope { what: "the action of a Galerkin step".into() })
+    }
     /// What has no slot derivatives yet, in words; `None` where a run can be differentiated.
     fn without_derivative(&self) -> Option<&'static str> {
         None

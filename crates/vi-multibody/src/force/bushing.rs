@@ -223,6 +223,19 @@ impl DiscreteForce for SixForce {
         })
     }
 
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.reading.with_time_slopes(at, v, scale, |efforts| {
+            let efforts = Vector6::from_column_slice(efforts);
+            self.coordinates.add_gradient(at.q, &efforts, out);
+        })
+    }
+
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.coordinates.add_gradient(at.q, &self.efforts(at, v), out);
     }

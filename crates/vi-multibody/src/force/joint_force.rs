@@ -369,6 +369,18 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(s.node(of), scale, out);
         Ok(())
     }
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let slope = self.law.by_time(at.t, coordinate, rate).ok_or(NoTimeSlope)?;
+        self.coordinate.add_gradient(at.q, scale * slope, out);
+        Ok(())
+    }
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         let rate = self.coordinate.rate(at.q, v);
         let effort = self.law.effort(at.t, self.coordinate.at(at), rate);

@@ -396,6 +396,21 @@ impl DiscreteForce for WrenchForce {
         Ok(())
     }
 
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        let own = self.on.own(at.q);
+        let (y, mut slopes) = (self.at_node(at.t, &own, &self.on.own(v)), WrenchSlopes::zeros());
+        self.law.gradient(&y, &mut slopes);
+        let by_time: [f64; 6] = slopes.column(0).into_owned().data.0[0];
+        self.on.add_wrench(scale, self.on.spatial(by_time, &own), &own, out);
+        Ok(())
+    }
+
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.add(at.t, at.q, v, 1.0, out);
     }

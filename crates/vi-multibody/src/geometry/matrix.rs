@@ -100,6 +100,12 @@ impl<V: Vector> Columns<V> {
         Self(three!(j => self.0[j] - other.0[j]))
     }
 
+    /// `x M`.
+    #[inline(always)]
+    pub(crate) fn scaled(&self, x: V::Number) -> Self {
+        Self(three!(j => self.0[j].scaled(x)))
+    }
+
     /// `M − x yᵀ`.
     #[inline(always)]
     fn minus_outer(&self, x: V, y: [V::Number; 3]) -> Self {

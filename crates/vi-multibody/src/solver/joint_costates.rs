@@ -8,7 +8,8 @@
 //! ```
 //! `W`: the wrenches of the rows of a joint on the body that it carries. The internal constraints
 //! of bodies have no parameters, and do no work on rigid bodies: their multipliers are not needed.
-//! `O(N)`; the factors of a node serve the step before it and the one after it.
+//! `O(N)`; the factors of a node serve the step before it and the one after it. The control points
+//! of a Galerkin step are nodes, too, with `w_i` and `Λ_i` in the places of `w` and `h λ` [2.50].
 #![allow(non_snake_case)] // Q, R, U, W
 
 use crate::constraint::scalar_constraint::ScalarRow;
@@ -39,8 +40,14 @@ pub(super) struct JointCostates {
     pub(super) impulse: Vec<f64>,
     /// `σ`, shape `m`; 0 of internal constraints.
     pub(super) rows: Vec<f64>,
+    joints: JointNodes,
+}
+
+/// The joints of a tree at the nodes of a step.
+#[derive(Debug)]
+pub(super) struct JointNodes {
     joints: Vec<TreeJoint>,
-    nodes: [Node; 2], // q_n, q_{n+1}
+    nodes: Vec<Node>,
     transmitted: Transmitted,
 }
 
@@ -206,53 +213,57 @@ impl Node {
     }
 }
 
-impl JointCostates {
-    /// Of all joints of the tree.
-    pub(super) fn new(mechanism: &Mechanism) -> Self {
+impl JointNodes {
+    /// Of all joints, at so many nodes.
+    pub(super) fn new(mechanism: &Mechanism, nodes: usize) -> Self {
         let joints = TreeJoint::all(mechanism);
-        let (n, m) = (mechanism.dim(), mechanism.len());
         Self {
-            closures: mechanism.loop_rows(),
-            start: vec![0.0; n],
-            end: vec![0.0; n],
-            impulse: vec![0.0; m],
-            rows: vec![0.0; m],
-            nodes: [(); 2].map(|()| Node::new(mechanism, joints.len())),
+            nodes: (0..nodes).map(|_| Node::new(mechanism, joints.len())).collect(),
             transmitted: Transmitted::none(mechanism),
             joints,
         }
     }
 
-    /// `h λ_J` from `w`, which becomes `y`.
+    /// Goes to the step before: its end is the start of this one.
+    pub(super) fn go_back(&mut self) {
+        let last = self.nodes.len() - 1;
+        self.nodes.swap(0, last);
+    }
+
+    /// The multipliers of the joints at a node `q` from `w`, which becomes `y`.
     ///
     /// # Errors
     /// [`Singular`] where the rows of a joint are not independent.
-    pub(super) fn balance(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
-        let Self { joints, nodes, transmitted, start, impulse, .. } = self;
-        nodes.swap(0, 1); // the start of the step after this one is its end
-        nodes[0].stand(joints, &s.q0)?;
-        nodes[0].solve(joints, transmitted, (mechanism, start), impulse);
-        for (joint, place) in joints.iter().zip(&nodes[0].joints) {
+    pub(super) fn balance(
+        &mut self,
+        mechanism: &Mechanism,
+        (node, q): (usize, &[f64]),
+        w: &mut [f64],
+        impulse: &mut [f64],
+    ) -> Result<(), Singular> {
+        self.press(mechanism, (node, q), w, impulse)?;
+        for (joint, place) in self.joints.iter().zip(&self.nodes[node].joints) {
             let own = &impulse[joint.rows()];
-            joint.products.add_slopes(&place.values, (-1.0, own), start);
+            joint.products.add_slopes(&place.values, (-1.0, own), w);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
-                thread.add_gradient(&s.q0, -last, start);
+                thread.add_gradient(q, -last, w);
             }
         }
         Ok(())
     }
 
-    /// `a ← a + Σ h λ_i D²g_i(q_n) μ` of joints and bodies.
-    pub(super) fn bend(&self, s: &Interval, mu: &[f64], a: &mut [f64]) {
+    /// `a ← a + Σ h λ_i D²g_i(q) μ` of joints and bodies, with what [`JointNodes::balance`] found
+    /// there.
+    pub(super) fn bend(&self, q: &[f64], [impulse, y]: [&[f64]; 2], mu: &[f64], a: &mut [f64]) {
         for joint in &self.joints {
-            let own = &self.impulse[joint.rows()];
+            let own = &impulse[joint.rows()];
             joint.products.add_slopes(&joint.products.rates(mu), (1.0, own), a);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
-                thread.add_bend(&s.q0, mu, *last, a);
+                thread.add_bend(q, mu, *last, a);
             }
         }
-        let parts = s.q0.chunks_exact(FRAME).zip(mu.chunks_exact(FRAME));
-        let parts = parts.zip(self.start.chunks_exact(FRAME)).zip(a.chunks_exact_mut(FRAME));
+        let parts = q.chunks_exact(FRAME).zip(mu.chunks_exact(FRAME));
+        let parts = parts.zip(y.chunks_exact(FRAME)).zip(a.chunks_exact_mut(FRAME));
         for (((q, mu), y), a) in parts {
             let omega: Vector3<f64> =
                 (0..3).map(|i| 0.5 * director(q, i).cross(&director(mu, i))).sum();
@@ -264,14 +275,57 @@ impl JointCostates {
         }
     }
 
+    /// `x_J` with `G(q)ᵀ x = c` at a node.
+    ///
+    /// # Errors
+    /// [`Singular`] where the rows of a joint are not independent.
+    pub(super) fn press(
+        &mut self,
+        mechanism: &Mechanism,
+        (node, q): (usize, &[f64]),
+        c: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), Singular> {
+        let Self { joints, nodes, transmitted } = self;
+        nodes[node].stand(joints, q)?;
+        nodes[node].solve(joints, transmitted, (mechanism, c), x);
+        Ok(())
+    }
+}
+
+impl JointCostates {
+    /// Of all joints of the tree.
+    pub(super) fn new(mechanism: &Mechanism) -> Self {
+        let (n, m) = (mechanism.dim(), mechanism.len());
+        Self {
+            closures: mechanism.loop_rows(),
+            start: vec![0.0; n],
+            end: vec![0.0; n],
+            impulse: vec![0.0; m],
+            rows: vec![0.0; m],
+            joints: JointNodes::new(mechanism, 2),
+        }
+    }
+
+    /// `h λ_J` from `w`, which becomes `y`.
+    ///
+    /// # Errors
+    /// [`Singular`] where the rows of a joint are not independent.
+    pub(super) fn balance(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
+        self.joints.go_back();
+        self.joints.balance(mechanism, (0, &s.q0), &mut self.start, &mut self.impulse)
+    }
+
+    /// `a ← a + Σ h λ_i D²g_i(q_n) μ` of joints and bodies.
+    pub(super) fn bend(&self, s: &Interval, mu: &[f64], a: &mut [f64]) {
+        self.joints.bend(&s.q0, [&self.impulse, &self.start], mu, a);
+    }
+
     /// `σ_J` from `c − Aᵀ μ` without the rows that close loops.
     ///
     /// # Errors
     /// [`Singular`] where the rows of a joint are not independent.
     pub(super) fn press(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
-        let Self { joints, nodes, transmitted, end, rows, .. } = self;
-        nodes[1].stand(joints, &s.q1)?;
-        nodes[1].solve(joints, transmitted, (mechanism, end), rows);
-        Ok(())
+        self.joints.press(mechanism, (1, &s.q1), &self.end, &mut self.rows)
     }
 }

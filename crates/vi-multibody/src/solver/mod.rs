@@ -11,6 +11,7 @@ mod joint_costates;
 mod law_along;
 mod loop_costates;
 mod member_blocks;
+mod point_costates;
 mod quantity_efforts;
 pub mod run;
 mod screws;

@@ -39,6 +39,7 @@ pub use structure::{Solver, has_many_ancestors};
 
 use crate::contact::{Contacts, TransmittedImpulses};
 use crate::mechanism::Mechanism;
+use crate::solver::point_costates::PointCostates;
 use crate::solver::tree_costates::TreeCostates;
 use crate::solver::tree_map::TreeMap;
 use galerkin::galerkin;
@@ -52,7 +53,7 @@ use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
 use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, InitialValues, Integrator, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Method, Options, SchemeKind};
 use vi_core::SeparableSystem;
 
 /// A running mechanism.
@@ -106,9 +107,14 @@ fn costates(
     system: &SeparableSystem,
     mechanism: &Mechanism,
     rows: &IndependentRows,
-    along: Tangents,
+    (method, along): (Method, Tangents),
 ) -> Option<Box<dyn CostateSweep<SeparableSystem, Mechanism>>> {
-    TreeCostates::new(mechanism, system, rows, along).map(|sweep| Box::new(sweep) as _)
+    match method.stages() {
+        None => TreeCostates::new(mechanism, system, rows, along).map(|own| Box::new(own) as _),
+        Some(stages) => {
+            PointCostates::new(mechanism, system, stages, along).map(|own| Box::new(own) as _)
+        }
+    }
 }
 
 /// Adds contacts, joint stops and dry friction, where there are any, to an integration by a scheme.

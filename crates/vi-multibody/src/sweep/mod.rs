@@ -40,6 +40,7 @@ pub(crate) mod finish;
 pub(crate) mod link;
 pub(crate) mod open;
 pub(crate) mod place;
+pub(crate) mod point_costate;
 pub(crate) mod pull_back;
 pub(crate) mod right_side;
 pub(crate) mod solve3;

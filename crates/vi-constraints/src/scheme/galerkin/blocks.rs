@@ -10,6 +10,7 @@
 #![allow(non_snake_case)] // A, D, E, F, H, K, M
 
 use super::control_points::ControlPoints;
+use super::gauss_slopes::GaussSlopes;
 use crate::constraints::Constraints;
 use crate::least_norm::LeastNorm;
 use crate::saddle_point::{JacobianPlace, SaddlePoint};
@@ -25,16 +26,16 @@ use vi_core::sparse::{Block, Entries, SparseMatrix};
 #[derive(Debug)]
 pub(super) struct Blocks {
     pub(super) points: ControlPoints,
-    pub(super) multiplier: SaddlePoint,     // [I Gᵀ; G 0]
-    least: LeastNorm,                       // the same where no row is redundant
-    jacobian: Option<SparseMatrix>,         // m × n  G
-    pub(super) impulses: Vec<Vec<f64>>,     // s × m  Λ_i
-    pub(super) states: Vec<StateRates>,     // s  where there are continuous states; else none
-    slopes: Vec<[Option<SparseMatrix>; 2]>, // s  F_q, F_v, n × n
-    by_state: Vec<Option<SparseMatrix>>,    // s  F_z, n × internal variables
-    w: Vec<f64>,                            // n
-    x: Vec<f64>,                            // n + r
-    none: Vec<f64>,                         // m
+    pub(super) multiplier: SaddlePoint, // [I Gᵀ; G 0]
+    least: LeastNorm,                   // the same where no row is redundant
+    jacobian: Option<SparseMatrix>,     // m × n  G
+    pub(super) impulses: Vec<Vec<f64>>, // s × m  Λ_i
+    pub(super) states: Vec<StateRates>, // s  where there are continuous states; else none
+    slopes: GaussSlopes,
+    by_state: Vec<Option<SparseMatrix>>, // s  F_z, n × internal variables
+    w: Vec<f64>,                         // n
+    x: Vec<f64>,                         // n + r
+    none: Vec<f64>,                      // m
 }
 
 fn placed(row: usize, column: usize, scale: f64, out: &mut dyn Entries) -> Block<'_> {
@@ -52,7 +53,7 @@ impl Blocks {
             points: ControlPoints::new(n, stages),
             impulses: vec![vec![0.0; m]; s],
             states: Vec::new(),
-            slopes: (0..s).map(|_| [None, None]).collect(),
+            slopes: GaussSlopes::new(stages),
             by_state: (0..s).map(|_| None).collect(),
             w: vec![0.0; n],
             x: vec![0.0; n + multiplier.rows().len()],
@@ -130,13 +131,10 @@ impl Blocks {
         let chosen = self.find_impulses(system, constraints)?;
         let Self { points, states, slopes, by_state, .. } = self;
         let (n, s, internal) = (system.dim(), points.step(), system.internal_variables());
+        slopes.differentiate(system, points);
         states.clear();
-        for ((node, slopes), by_state) in points.gauss().iter().zip(slopes).zip(by_state) {
+        for (node, by_state) in points.gauss().iter().zip(by_state) {
             let at = node.place(s);
-            for (slopes, by) in slopes.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
-                let emit = |out: &mut dyn Entries| system.gauss_slopes(at, &node.v, by, out);
-                SparseMatrix::update(slopes, (n, n), emit);
-            }
             if let Some(rates) = system.state_rates(at, &node.v) {
                 let emit = |out: &mut dyn Entries| system.state_slopes(at, &node.v, out);
                 SparseMatrix::update(by_state, (n, internal), emit);
@@ -203,17 +201,7 @@ impl Blocks {
     ) {
         let (constants, h) = (self.points.constants(), self.points.h());
         system.mass().emit(&mut scaled(constants.K[(i, j)], out));
-        if let Some(strains) = system.interpolation() {
-            strains.add_derivative(&self.points.polynomial(), (i, j), h, out);
-        }
-        for (k, slopes) in self.slopes.iter().enumerate() {
-            let weight = h * constants.gauss_weights[k] * constants.E[(k, i)];
-            for (slopes, by) in slopes.iter().zip([h * constants.E[(k, j)], constants.D[(k, j)]]) {
-                if let Some(slopes) = slopes {
-                    slopes.emit(&mut scaled(weight * by, out));
-                }
-            }
-        }
+        self.slopes.emit(system, &self.points, (i, j), out);
         if i == j && i < self.impulses.len() {
             let Configuration { t, q, .. } = self.at(i);
             constraints.weighted_hessian(t, q, &self.impulses[i], -h, out);

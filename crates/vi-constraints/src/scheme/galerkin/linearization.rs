@@ -13,13 +13,11 @@
 //! x = (−m_0 … −m_{s−1}, b'),   a = Σ_i H_i0ᵀ x_i + …,   b = −m_0,   y = y' + Σ_k ζ_k               [2.50]
 //! dJ = Σ_i x_i·w_{s,i} − Σ_j σ_j·g_{s,j}
 //! ```
-//! One sparse factorization over independent rows serves both. What acts at a Gauss node is what a
-//! step whose ends have come together has, with the costates
-//! `momentum, −step = b_k Σ_i (E_ki ± ½ D_ki) x_i` ([`Place::Gauss`]); constraints are those of the
-//! intervals between neighbouring control points ([`Place::Points`]).
+//! One sparse factorization over independent rows serves both. Its parts: [`Parts`].
 #![allow(non_snake_case)] // A, D, E, G, H
 
 use super::blocks::Blocks;
+use super::parts::Parts;
 use crate::constraints::Constraints;
 use crate::design::{Costates, Place};
 use crate::linearization::{
@@ -37,17 +35,13 @@ use vi_core::sparse::{Entries, Product, SparseMatrix};
 pub struct GalerkinLinearization {
     blocks: Blocks,
     matrix: Option<(SparseMatrix, SparseLu)>,
-    gauss: Vec<Interval>,         // s  the Gauss nodes
-    between: Vec<Interval>,       // s  neighbouring control points
-    sources: Vec<Vec<f64>>,       // (s + 1) × n  w_s
-    row_sources: Vec<Vec<f64>>,   // s × m  g_s
-    solution: Vec<f64>,           // s n, s r, then states of each Gauss node
-    x: Vec<Vec<f64>>,             // (s + 1) × n
-    sigma: Vec<Vec<f64>>,         // s × m
-    costates: Vec<[Vec<f64>; 2]>, // s × 2 × n  of the Gauss nodes: step, momentum
-    step_costates: Vec<Vec<f64>>, // s × n  m_i
-    none: [Vec<f64>; 2],          // n, m  zero
-    scratch: [Vec<f64>; 2],       // n, internal variables
+    parts: Parts,
+    sources: Vec<Vec<f64>>,     // (s + 1) × n  w_s
+    row_sources: Vec<Vec<f64>>, // s × m  g_s
+    solution: Vec<f64>,         // s n, s r, then states of each Gauss node
+    x: Vec<Vec<f64>>,           // (s + 1) × n
+    sigma: Vec<Vec<f64>>,       // s × m
+    scratch: [Vec<f64>; 2],     // n, internal variables
     dropped: DroppedRows,
 }
 
@@ -57,27 +51,22 @@ impl GalerkinLinearization {
     pub fn new(n: usize, m: usize, rows: &IndependentRows, stages: Stages) -> Self {
         let s = stages.count();
         let vectors = |count: usize, length: usize| vec![vec![0.0; length]; count];
-        let intervals = || vec![Interval::new(n); s];
         Self {
             blocks: Blocks::new(n, m, stages, SaddlePoint::new(n, rows.clone())),
             matrix: None,
-            gauss: intervals(),
-            between: intervals(),
+            parts: Parts::new(n, m, stages),
             sources: vectors(s + 1, n),
             row_sources: vectors(s, m),
             solution: Vec::new(),
             x: vectors(s + 1, n),
             sigma: vectors(s, m),
-            costates: vec![[vec![0.0; n], vec![0.0; n]]; s],
-            step_costates: vectors(s, n),
-            none: [vec![0.0; n], vec![0.0; m]],
             scratch: [vec![0.0; n], Vec::new()],
             dropped: DroppedRows::new(n, m),
         }
     }
 
     fn stages(&self) -> usize {
-        self.gauss.len()
+        self.parts.stages()
     }
 
     /// The enforced constraints.
@@ -101,20 +90,9 @@ impl GalerkinLinearization {
         if self.blocks.differentiate(system, constraints, (points, p))? {
             self.matrix = None; // another pattern
         }
-        let Self { blocks, matrix, gauss, between, none, .. } = self;
-        let s = blocks.points.step();
-        for (own, node) in gauss.iter_mut().zip(blocks.points.gauss()) {
-            own.gather_at(node.place(s), &node.v, s.h);
-        }
-        for (i, own) in between.iter_mut().enumerate() {
-            let [t, t_end] = [i, i + 1].map(|i| blocks.points.time(i));
-            own.copy_from(s);
-            own.open_start(t, t_end - t, blocks.points.q(i), &none[0]);
-            own.end_at(t_end);
-            own.q1.copy_from_slice(blocks.points.q(i + 1));
-            own.close_from_end();
-            own.angles.extend_from_slice(&s.angles);
-        }
+        let Self { blocks, matrix, parts, .. } = self;
+        parts.stand(&blocks.points);
+        parts.stand_between(&blocks.points);
         let size = blocks.size();
         let emit = |out: &mut dyn Entries| blocks.emit(system, constraints, out);
         match matrix {
@@ -153,10 +131,7 @@ impl GalerkinLinearization {
     /// A part with the impulses of its constraints.
     #[must_use]
     pub fn part(&self, k: usize) -> (Place<'_>, &[f64]) {
-        match k.checked_sub(self.stages()) {
-            None => (Place::Gauss(&self.gauss[k]), &self.none[1]),
-            Some(i) => (Place::Points(&self.between[i]), &self.blocks.impulses[i]),
-        }
+        self.parts.part(k, &self.blocks.impulses)
     }
 
     /// No sources from now on.
@@ -246,7 +221,13 @@ impl GalerkinLinearization {
         d.q.copy_from_slice(&ends[(s - 1) * n..]);
         for (j, rows) in row_sources.iter().enumerate() {
             let dq = &solution[j * n..(j + 1) * n];
-            dropped.check(constraints, blocks.multiplier.rows(), &self.between[j], rows, dq)?;
+            dropped.check(
+                constraints,
+                blocks.multiplier.rows(),
+                self.parts.between(j),
+                rows,
+                dq,
+            )?;
         }
         Ok(())
     }
@@ -262,7 +243,7 @@ impl GalerkinLinearization {
         constraints: &impl Constraints,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        let Self { blocks, matrix, solution, x, sigma, .. } = self;
+        let Self { blocks, matrix, solution, x, sigma, parts, .. } = self;
         let (n, s, r, m) = blocks.shape();
         let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
         let Costate { q: a, p: momentum, z } = costate;
@@ -300,42 +281,13 @@ impl GalerkinLinearization {
         for (sigma, own) in sigma.iter_mut().zip(solution[s * n..].chunks_exact(r.max(1))) {
             blocks.multiplier.rows().scatter(&own[..r], sigma);
         }
-        self.spread();
+        parts.spread(blocks.points.constants(), x);
         Ok(())
-    }
-
-    /// Costates of the parts from `x`.
-    fn spread(&mut self) {
-        let Self { blocks, x, costates, step_costates, .. } = self;
-        let constants = blocks.points.constants();
-        for (k, [step, momentum]) in costates.iter_mut().enumerate() {
-            let weight = constants.gauss_weights[k];
-            step.fill(0.0);
-            momentum.fill(0.0);
-            for (i, x) in x.iter().enumerate() {
-                let (E, half) = (constants.E[(k, i)], 0.5 * constants.D[(k, i)]);
-                let [minus, plus] = [weight * (half - E), weight * (half + E)];
-                step.iter_mut().zip(x).for_each(|(own, x)| *own += minus * x);
-                momentum.iter_mut().zip(x).for_each(|(own, x)| *own += plus * x);
-            }
-        }
-        for (own, x) in step_costates.iter_mut().zip(&*x) {
-            own.iter_mut().zip(x).for_each(|(own, x)| *own = -x);
-        }
     }
 
     /// The costates of a part, found by the last [`GalerkinLinearization::pull`].
     #[must_use]
     pub fn costates(&self, k: usize) -> Costates<'_> {
-        match k.checked_sub(self.stages()) {
-            None => {
-                let [step, momentum] = &self.costates[k];
-                Costates { step, momentum, rows: &self.none[1] }
-            }
-            Some(i) => {
-                let (step, rows) = (&self.step_costates[i], &self.sigma[i]);
-                Costates { step, momentum: &self.none[0], rows }
-            }
-        }
+        self.parts.costates(k, &self.sigma)
     }
 }

@@ -26,6 +26,8 @@
 //! | [`sweeps`] | what the nodal one asks for: all control points at once |
 //! | [`operators`] | the same from operators of single control points |
 //! | [`linearization`] | a step linearized: tangents forward, costates backward |
+//! | [`gauss_slopes`] | what acts in a step, differentiated |
+//! | [`parts`] | its Gauss nodes and the intervals of its constraints, with their costates |
 //! | [`tangent`] | the tangent map of steps without forces |
 //!
 //! Sources: Jay, SIAM J. Numer. Anal. 45 (2007) 1814 and 33 (1996) 368; Wenger, Ober-Blöbaum &
@@ -34,16 +36,20 @@
 mod blocks;
 pub mod constrained;
 pub mod control_points;
+pub mod gauss_slopes;
 pub mod linearization;
 pub mod nodal;
 pub mod operators;
+pub mod parts;
 pub mod sweeps;
 pub mod tangent;
 
 pub use constrained::GalerkinConstrained;
+pub use gauss_slopes::GaussSlopes;
 pub use linearization::GalerkinLinearization;
 pub use nodal::GalerkinNodal;
 pub use operators::{ControlPointOperators, DenseControlPoints};
+pub use parts::Parts;
 pub use sweeps::{Pointwise, Sweeps};
 pub use tangent::GalerkinTangent;
 pub use vi_core::galerkin::GaussPoint;

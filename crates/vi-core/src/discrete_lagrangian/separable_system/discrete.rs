@@ -8,7 +8,7 @@ use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
 use crate::potential::DiscretePotential;
 use crate::signals::StateRates;
-use crate::sparse::{Block, Entries};
+use crate::sparse::{Block, Entries, Product};
 
 impl DiscreteLagrangian for SeparableSystem {
     fn prepare(&self, s: &mut Interval) {
@@ -154,9 +154,7 @@ impl DiscreteLagrangian for SeparableSystem {
         change: StepChange,
         out: &mut [f64],
     ) -> Result<(), NoStepSlope> {
-        if self.adds_mass() {
-            return Err(NoStepSlope { what: "the added mass of strains".into() });
-        }
+        self.without_added_mass()?;
         let dh = change.length;
         for potential in self.potentials() {
             match of {
@@ -166,13 +164,33 @@ impl DiscreteLagrangian for SeparableSystem {
         }
         self.inertia.mul_add(-of.sign() * dh / (s.h * s.h), &s.dq, out);
         for (force, source) in self.forces.iter().zip(&self.sources) {
-            force.add_step_slope(s, of, change, out).map_err(|_| NoStepSlope {
-                what: match source {
-                    Source::Element(name) if name.is_empty() => "a force without a name".into(),
-                    Source::Element(name) => format!("`{name}`"),
-                    Source::System(words) => (*words).into(),
-                },
-            })?;
+            force.add_step_slope(s, of, change, out).map_err(|_| without_time(source))?;
+        }
+        Ok(())
+    }
+
+    fn gauss_step_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        h: f64,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        self.without_added_mass()?;
+        if self.interpolation().is_some() {
+            return Err(NoStepSlope {
+                what: "what interpolates strains in a Galerkin step".into(),
+            });
+        }
+        let dh = change.length;
+        out.fill(0.0);
+        self.add_gauss_force(at, v, out);
+        out.iter_mut().for_each(|f| *f *= dh);
+        for (force, source) in self.forces.iter().zip(&self.sources) {
+            force.add_damping(at, v, -dh, &mut Product { v, out });
+            let found = force.add_time_slope(at, v, h * change.middle, out);
+            found.map_err(|_| without_time(source))?;
         }
         Ok(())
     }
@@ -230,6 +248,24 @@ impl DiscreteLagrangian for SeparableSystem {
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
         self.potentials().map(|u| u.added_kinetic_energy(s)).sum()
     }
+}
+
+impl SeparableSystem {
+    /// Whether the mass matrix is that of the bodies alone.
+    fn without_added_mass(&self) -> Result<(), NoStepSlope> {
+        let what = "the added mass of strains".into();
+        if self.adds_mass() { Err(NoStepSlope { what }) } else { Ok(()) }
+    }
+}
+
+/// That a force has no derivative by the time.
+fn without_time(source: &Source) -> NoStepSlope {
+    let what = match source {
+        Source::Element(name) if name.is_empty() => "a force without a name".into(),
+        Source::Element(name) => format!("`{name}`"),
+        Source::System(words) => (*words).into(),
+    };
+    NoStepSlope { what }
 }
 
 #[cfg(test)]

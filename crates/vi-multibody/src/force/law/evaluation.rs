@@ -407,6 +407,29 @@ impl Reading {
         });
     }
 
+    /// Whether what it reads changes with the time in no other way than by the time itself.
+    fn knows_time(&self) -> Result<(), NoTimeSlope> {
+        let past = self.inputs.iter().any(|input| matches!(input, Input::Past(_)));
+        if past || !self.states.is_empty() { Err(NoTimeSlope) } else { Ok(()) }
+    }
+
+    /// With `scale ∂τ/∂t` at a node.
+    pub(in crate::force) fn with_time_slopes<T>(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        then: impl FnOnce(&[f64]) -> T,
+    ) -> Result<T, NoTimeSlope> {
+        self.knows_time()?;
+        let time = self.inputs.iter().position(|input| matches!(input, Input::Time));
+        Ok(self.with_slopes_at_node(at, v, |work| {
+            let slope = |k: usize| time.map_or(0.0, |j| scale * work.slope(k, j));
+            let slopes: Vec<f64> = (0..work.efforts().len()).map(slope).collect();
+            then(&slopes)
+        }))
+    }
+
     /// With the change of `(h/2) τ` where the step changes; its states would change, too.
     pub(in crate::force) fn with_step_slopes<T>(
         &self,
@@ -414,10 +437,7 @@ impl Reading {
         change: StepChange,
         then: impl FnOnce(&[f64]) -> T,
     ) -> Result<T, NoTimeSlope> {
-        let past = self.inputs.iter().any(|input| matches!(input, Input::Past(_)));
-        if past || !self.states.is_empty() {
-            return Err(NoTimeSlope);
-        }
+        self.knows_time()?;
         let (h, dh) = (s.h, change.length);
         Ok(self.with_slopes_in_step(s, |work| {
             let mut slopes: Vec<f64> =

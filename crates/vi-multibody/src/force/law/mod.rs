@@ -147,6 +147,18 @@ impl DiscreteForce for LawForce {
         })
     }
 
+    fn add_time_slope(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        self.reading.with_time_slopes(at, v, scale, |efforts| {
+            self.target.add(Place::node(at.q), 1.0, efforts, out);
+        })
+    }
+
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.reading.with_values_at_node(at, v, |work| {
             self.target.add(Place::node(at.q), 1.0, work.efforts(), out);

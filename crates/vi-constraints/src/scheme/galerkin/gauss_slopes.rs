@@ -1,0 +1,61 @@
+//! What acts in a Galerkin step, differentiated by its control points.
+//!
+//! ```text
+//! Σ_k b_k E_ki (h² E_kj F_q + h D_kj F_v)(Q_k, V_k),   F = f − ∇V                       part of h H_ij  [2.49]
+//! ```
+//! Interpolated strains add what they are.
+#![allow(non_snake_case)] // D, E, F, H
+
+use super::control_points::ControlPoints;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::galerkin::Stages;
+use vi_core::sparse::{Block, Entries, SparseMatrix};
+
+/// `F_q`, `F_v` at the Gauss nodes, shape `n × n`.
+#[derive(Debug)]
+pub struct GaussSlopes(Vec<[Option<SparseMatrix>; 2]>);
+
+impl GaussSlopes {
+    /// At the nodes of a step.
+    #[must_use]
+    pub fn new(stages: Stages) -> Self {
+        Self((0..stages.count()).map(|_| [None, None]).collect())
+    }
+
+    /// Finds them where the forces of the control points were evaluated.
+    pub fn differentiate(&mut self, system: &impl DiscreteLagrangian, points: &ControlPoints) {
+        let (n, s) = (system.dim(), points.step());
+        for (node, slopes) in points.gauss().iter().zip(&mut self.0) {
+            for (slopes, by) in slopes.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
+                let at = node.place(s);
+                let emit = |out: &mut dyn Entries| system.gauss_slopes(at, &node.v, by, out);
+                SparseMatrix::update(slopes, (n, n), emit);
+            }
+        }
+    }
+
+    /// Emits `h H_ij` without inertia and the curvature of constraints; for each `(i, j)` always
+    /// the same places in the same order.
+    pub fn emit(
+        &self,
+        system: &impl DiscreteLagrangian,
+        points: &ControlPoints,
+        (i, j): (usize, usize),
+        out: &mut dyn Entries,
+    ) {
+        let (constants, h) = (points.constants(), points.h());
+        if let Some(strains) = system.interpolation() {
+            strains.add_derivative(&points.polynomial(), (i, j), h, out);
+        }
+        for (k, slopes) in self.0.iter().enumerate() {
+            let weight = h * constants.gauss_weights[k] * constants.E[(k, i)];
+            for (slopes, by) in slopes.iter().zip([h * constants.E[(k, j)], constants.D[(k, j)]]) {
+                if let Some(slopes) = slopes {
+                    let (into, scale) = (&mut *out, weight * by);
+                    let mut scaled = Block { into, row: 0, column: 0, scale, transposed: false };
+                    slopes.emit(&mut scaled);
+                }
+            }
+        }
+    }
+}

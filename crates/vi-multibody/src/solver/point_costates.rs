@@ -1,0 +1,345 @@
+//! [`CostateSweep`] of Galerkin steps on a tree of bodies: one elimination of the links for each
+//! step, with the exact matrix of all its control points, transposed.
+//!
+//! Its formulas stand in `crate::sweep::point_costate`. The costate `a` at `q_n` is that of a step
+//! of order 2 [2.47] with another velocity: `H_i0ᵀ x_i` of inertia is `(M/h) Σ_i K_i0 x_i`. Where all
+//! motions of bodies count, impulses and costates of the joints follow at each control point from
+//! the wrenches they transmit ([`JointNodes`]):
+//! ```text
+//! w_i = G(q_i)ᵀ Λ_i,   δ_js a' + Σ_i H_ijᵀ x_i = G(q_j)ᵀ σ_j                                 [2.50]
+//! ```
+#![allow(non_snake_case)] // K
+
+use super::body_blocks::{couples_beyond_parents, couples_bodies};
+use super::joint_costates::JointNodes;
+use super::tree_step::body_forces::initial_interval;
+use super::tree_step::emitted::Emitted;
+use super::tree_step::space::SPACE;
+use super::tree_step::workspace::Workspace;
+use crate::geometry::matrix::Spatial;
+use crate::geometry::one_tree::One;
+use crate::mechanism::Mechanism;
+use crate::sweep::coupled::Couplings;
+use crate::sweep::link::Link;
+use crate::sweep::point_costate::{Acting, PointTree};
+use crate::tree::Tree;
+use vi_constraints::Constraints;
+use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_constraints::galerkin::{GaussSlopes, Parts};
+use vi_constraints::linearization::Costate;
+use vi_core::galerkin::Stages;
+use vi_core::interval::Interval;
+use vi_core::linear::Singular;
+use vi_core::sparse::{Block, Entries, Product};
+use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
+
+/// The costates of trees of bodies that are coupled at most with their parents, `O(N)`.
+#[derive(Debug)]
+pub(in crate::solver) struct PointCostates {
+    points: ControlPoints,
+    parts: Parts,
+    at: Workspace, // at q_n
+    all: PointTree,
+    forces: Option<Forces>,
+    w: [Vec<f64>; 2],  // n  w_0, w_i
+    x: Vec<Vec<f64>>,  // (s + 1) × n
+    scratch: Vec<f64>, // n
+    joints: Option<Joints>,
+    m: Vec<f64>, // d
+}
+
+/// The joints during a step backward.
+#[derive(Debug)]
+struct Joints {
+    all: JointNodes,
+    balance: Vec<Vec<f64>>,  // s × n  w_i, then y_i
+    impulses: Vec<Vec<f64>>, // s × m  Λ_i
+    sigma: Vec<Vec<f64>>,    // s × m  σ_1 … σ_s
+    end: Vec<f64>,           // n
+}
+
+impl Joints {
+    fn new(mechanism: &Mechanism, s: usize) -> Self {
+        let rows = || vec![vec![0.0; mechanism.len()]; s];
+        Self {
+            all: JointNodes::new(mechanism, s + 1),
+            balance: vec![vec![0.0; mechanism.dim()]; s],
+            impulses: rows(),
+            sigma: rows(),
+            end: vec![0.0; mechanism.dim()],
+        }
+    }
+}
+
+/// What acts beside inertia and constant forces.
+#[derive(Debug)]
+struct Forces {
+    tree: Tree,
+    slopes: GaussSlopes,
+    emitted: Emitted,
+    acting: Acting, // h H_ijᵀ
+}
+
+impl Forces {
+    /// Whether bodies are coupled at most with their parents; `None` where nothing acts.
+    fn new(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        stages: Stages,
+    ) -> Option<Option<Self>> {
+        let s = initial_interval(mechanism);
+        let slopes =
+            |out: &mut dyn Entries| system.gauss_slopes(s.start(), &s.v_mid, [1.0; 2], out);
+        let tree = mechanism.tree();
+        if couples_beyond_parents(tree, &slopes) {
+            return None;
+        }
+        if !system.has_variable_forces() {
+            return Some(None);
+        }
+        let (links, count) = (tree.links().len(), stages.count() * stages.count());
+        let (coupled, emitted) = (couples_bodies(&slopes), Emitted::new(links, 0));
+        let couplings = || Couplings::new(SPACE, links, 0);
+        Some(Some(Self {
+            tree: tree.clone(),
+            slopes: GaussSlopes::new(stages),
+            emitted: if coupled { emitted.with_couplings() } else { emitted },
+            acting: Acting {
+                blocks: vec![vec![Spatial::default(); links]; count],
+                couplings: (0..if coupled { count } else { 0 }).map(|_| couplings()).collect(),
+            },
+        }))
+    }
+
+    /// Finds the blocks between all control points.
+    fn assemble(&mut self, system: &SeparableSystem, points: &ControlPoints, links: &[Link<One>]) {
+        let Self { tree, slopes, emitted, acting } = self;
+        slopes.differentiate(system, points);
+        let s = points.stages();
+        for (place, blocks) in acting.blocks.iter_mut().enumerate() {
+            let (j, i) = (place / s + 1, place % s);
+            let emit = |into: &mut dyn Entries| {
+                let (row, column, scale) = (0, 0, 1.0);
+                let mut into = Block { into, row, column, scale, transposed: true };
+                slopes.emit(system, points, (i, j), &mut into);
+            };
+            let ends = [points.q(j), points.q(i)];
+            emitted.assemble(&emit, (tree, links), ends, 1.0);
+            blocks.copy_from_slice(&emitted.blocks);
+            if let Some(couplings) = acting.couplings.get_mut(place) {
+                emitted.write_couplings(links, ends, &mut couplings.links);
+            }
+        }
+    }
+
+    /// `out ← out + scale (h H_ij)ᵀ v`.
+    fn transposed(
+        &self,
+        (system, points): (&SeparableSystem, &ControlPoints),
+        at: (usize, usize),
+        (scale, v): (f64, &[f64]),
+        out: &mut [f64],
+    ) {
+        let into = &mut Product { v, out };
+        let mut into = Block { into, row: 0, column: 0, scale, transposed: true };
+        self.slopes.emit(system, points, at, &mut into);
+    }
+}
+
+impl PointCostates {
+    /// `None` where the sweeps do not apply: beside point masses, closed loops, constraints on
+    /// velocities, internal variables, interpolated strains, and forces that couple other bodies
+    /// than links with their parents.
+    pub(in crate::solver) fn new(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        stages: Stages,
+        along: Tangents,
+    ) -> Option<Self> {
+        let applies = mechanism.description().particles.is_empty()
+            && !mechanism.has_velocity_constraints()
+            && mechanism.loop_constraints().is_empty()
+            && system.internal_variables() == 0
+            && system.interpolation().is_none();
+        let at = applies.then(|| Workspace::new(mechanism, system)).flatten()?;
+        let (n, d, s) = (system.dim(), mechanism.tree().dof(), stages.count());
+        let forces = Forces::new(mechanism, system, stages)?;
+        let points = ControlPoints::new(n, stages);
+        let slots = at.links.iter().filter_map(|link| link.slot).max().map_or(0, |last| last + 1);
+        let zeros = || vec![0.0; n];
+        Some(Self {
+            all: PointTree::new(&at.links, (slots, d), &points.constants().K),
+            parts: Parts::new(n, mechanism.len(), stages),
+            at,
+            forces,
+            points,
+            w: [zeros(), zeros()],
+            x: vec![zeros(); s + 1],
+            scratch: zeros(),
+            joints: (along == Tangents::OfBodies).then(|| Joints::new(mechanism, s)),
+            m: vec![0.0; d],
+        })
+    }
+
+    /// Stands at the control points of a step from `p̄_n`, with the wrenches that bend it.
+    fn stand(&mut self, system: &SeparableSystem, points: &[Interval], p: &[f64]) {
+        let Self { points: own, all, at, w: [first, w], forces, parts, .. } = self;
+        own.take(points, p);
+        own.evaluate(system);
+        parts.stand(own);
+        let (s, h) = (own.stages(), own.h());
+        for l in 0..=s {
+            all.stand(&at.links, l, own.q(l));
+        }
+        own.balance(system, 0, first);
+        for l in 1..s {
+            own.balance(system, l, w);
+            all.bend(&at.links, (l, h), w);
+        }
+        if let Some(forces) = forces {
+            forces.assemble(system, own, &at.links);
+        }
+    }
+
+    /// Takes `h c_l = δ_ls h a' + (h H_sl)ᵀ b'`.
+    fn load(&mut self, system: &SeparableSystem, costate: &Costate) {
+        let Self { points, all, at, forces, scratch, .. } = self;
+        let (s, h) = (points.stages(), points.h());
+        for l in 1..=s {
+            let (mut scale, mut more) = (h, if l == s { &costate.q[..] } else { &[] });
+            if let Some(forces) = forces {
+                scratch.fill(0.0);
+                more.iter().zip(&mut *scratch).for_each(|(a, more)| *more = h * a);
+                forces.transposed((system, points), (s, l), (1.0, &costate.p), scratch);
+                (scale, more) = (1.0, &scratch[..]);
+            }
+            all.load(&at.links, l, &costate.p, (scale, more));
+        }
+    }
+
+    /// Finds `Λ_i`: they balance `w_i`.
+    fn take_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+    ) -> Result<(), Singular> {
+        let Self { points, joints, parts, w: [first, _], .. } = self;
+        let Some(Joints { all, balance, impulses, .. }) = joints else { return Ok(()) };
+        parts.stand_between(points);
+        all.go_back();
+        for (i, (w, impulse)) in balance.iter_mut().zip(impulses).enumerate() {
+            match i {
+                0 => w.copy_from_slice(first),
+                _ => points.balance(system, i, w),
+            }
+            all.balance(mechanism, (i, points.q(i)), w, impulse)?;
+        }
+        first.fill(0.0); // the curvature is that of their rows, not of P
+        Ok(())
+    }
+
+    /// Finds `σ_j`; `a`: `a'`.
+    fn give_joints(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        a: &[f64],
+    ) -> Result<(), Singular> {
+        let Self { points, joints, forces, x, scratch, .. } = self;
+        let Some(Joints { all, balance, impulses, sigma, end }) = joints else { return Ok(()) };
+        let (s, h) = (points.stages(), points.h());
+        for (j, sigma) in (1..=s).zip(sigma) {
+            match j == s {
+                true => end.copy_from_slice(a),
+                false => end.fill(0.0),
+            }
+            scratch.fill(0.0);
+            for (i, x) in x.iter().enumerate() {
+                let K = points.constants().K[(i, j)];
+                scratch.iter_mut().zip(x).for_each(|(sum, x)| *sum += K * x);
+                if let Some(forces) = forces {
+                    forces.transposed((system, points), (i, j), (1.0 / h, x), end);
+                }
+            }
+            system.inertia().mul_add(1.0 / h, scratch, end);
+            if j < s {
+                scratch.iter_mut().zip(&x[j]).for_each(|(mu, x)| *mu = -x);
+                all.bend(points.q(j), [&impulses[j], &balance[j]], scratch, end);
+            }
+            all.press(mechanism, (j, points.q(j)), end, sigma)?;
+        }
+        Ok(())
+    }
+
+    /// The costate at `q_n` from all `x_i`.
+    fn give(&mut self, system: &SeparableSystem, costate: &mut Costate) {
+        let Self { points, all, at, forces, joints, w: [first, _], x, scratch, m, .. } = self;
+        let (step, K) = (points.step(), &points.constants().K);
+        let Costate { q: a, p: b, .. } = costate;
+        b.copy_from_slice(&x[0]);
+        for (i, x) in x.iter().enumerate() {
+            b.iter_mut().zip(x).for_each(|(b, x)| *b -= K[(i, 0)] * x);
+        }
+        at.open_back([&step.q0, &step.q0]);
+        at.works.iter_mut().enumerate().for_each(|(k, work)| work.twist = all.twist(k));
+        m.iter_mut().enumerate().for_each(|(unknown, m)| *m = all.rate(unknown));
+        at.pull(step, (first, m), [a, b, scratch]);
+        if let Some(Joints { all, balance, impulses, .. }) = joints {
+            all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
+        }
+        if let Some(forces) = forces {
+            for (i, x) in x.iter().enumerate() {
+                forces.transposed((system, points), (i, 0), (1.0 / step.h, x), a);
+            }
+        }
+    }
+}
+
+impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
+    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
+        let Self { points: own, .. } = self;
+        own.take(points, out);
+        own.evaluate(system);
+        own.balance(system, own.stages(), out);
+    }
+
+    fn hold(&mut self, _: &SeparableSystem, _: &[Interval], _: &mut Costate) {}
+
+    fn pull(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        points: &[Interval],
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        self.stand(system, points, p);
+        self.take_joints(system, mechanism)?;
+        self.load(system, costate);
+        let solvable = self.all.solve(&self.at.links, self.forces.as_ref().map(|own| &own.acting));
+        let s = self.points.stages();
+        for (i, x) in self.x[..s].iter_mut().enumerate() {
+            self.all.write(&self.at.links, i, x);
+            x.iter_mut().for_each(|x| *x = -*x); // x_i = −μ_i
+        }
+        self.x[s].copy_from_slice(&costate.p);
+        self.give_joints(system, mechanism, &costate.q)?;
+        self.give(system, costate);
+        if !solvable || !self.m.iter().all(|m| m.is_finite()) {
+            return Err(Singular);
+        }
+        self.parts.spread(self.points.constants(), &self.x);
+        Ok(())
+    }
+
+    fn for_each_part(&self, _: &[Interval], visit: &mut PartVisitor<'_>) {
+        let (s, joints) = (self.parts.stages(), self.joints.as_ref());
+        let [impulses, sigma] =
+            joints.map_or([&[][..]; 2], |joints| [&joints.impulses[..], &joints.sigma]);
+        for k in 0..if joints.is_some() { 2 * s } else { s } {
+            let (place, impulse) = self.parts.part(k, impulses);
+            visit(place, impulse, self.parts.costates(k, sigma));
+        }
+    }
+}
