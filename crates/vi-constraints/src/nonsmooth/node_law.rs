@@ -265,8 +265,8 @@ impl Contact {
         }
     }
 
-    /// Whether dry friction slides before an impact and after it, so fast that it cannot hold what is
-    /// left; `struck`: something is hit in its island, `w`: `W_ii`.
+    /// Whether dry friction slides before an impact and after it, so fast that it cannot hold what
+    /// is left; `struck`: something is hit in its island, `w`: `W_ii`.
     pub(super) fn part(&mut self, struck: bool, w: f64) {
         /// What is divided changes the rate by half of their difference at most.
         const LEAVES: f64 = 2.0;
