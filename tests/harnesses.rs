@@ -8,4 +8,5 @@ mod packages;
 
 mod robust {
     mod broken_integrators;
+    mod planted_sources;
 }

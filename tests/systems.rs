@@ -89,6 +89,7 @@ mod statics {
 }
 
 mod model {
+    mod box_contacts;
     mod bushing_laws;
     mod contact_laws;
     mod contacts;

@@ -2,6 +2,7 @@
 
 pub mod compare;
 pub mod figures;
+pub mod mutants;
 pub mod notation;
 pub mod program;
 pub mod roundoff;

@@ -4,7 +4,7 @@ use holonom_reliability::{self as reliability, fuzz, interrupt, soak};
 use std::process::ExitCode;
 use vi_testkit::CountingAllocator;
 use xtask::program::cargo;
-use xtask::{compare, figures, notation, roundoff, stability, verify};
+use xtask::{compare, figures, mutants, notation, roundoff, stability, verify};
 
 /// Measures the memory that an input of `fuzz` takes.
 #[global_allocator]
@@ -16,6 +16,9 @@ cargo xtask verify [--quick] [--only NAME] [--criterion NAME] [--json FILE] [--f
                        and docs/verification;
                        --json: stores the readings, --from: writes the page from stored readings;
                        --age: of which commit that page is
+cargo xtask mutants [--only NAME]
+                       plants defects in a copy of the sources, one at a time, and runs the test that names each,
+                       into docs/verification/mutants.md; NAME: those whose names hold it, printed only
 cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;
                        quick: a tenth of the steps, printed only
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         ("soak", _) => soak::run(options),
         ("interrupt", _) => interrupt::run(options),
         ("reliability", _) => reliability::run(options).map(|()| true),
+        ("mutants", _) => mutants::run(options),
         ("compare", _) => compare::run(options).map(|()| true),
         ("roundoff", _) => roundoff::run(options).map(|()| true),
         ("notation", [] | ["--check"]) => notation::run(!options.is_empty()).map(|()| true),

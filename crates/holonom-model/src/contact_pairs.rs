@@ -44,14 +44,16 @@ impl<'a> SideOfPair<'a> {
     }
 }
 
-/// Whether there is contact by impulses between two shapes. Where a corner lies on an edge of
-/// another body, which of its faces it touches is a matter of rounding: two with corners do not.
+/// Whether there is contact by impulses between two shapes. Where a corner of a mesh lies on an
+/// edge of another body, which of its faces it touches is a matter of rounding: they do not.
 #[must_use]
 pub fn may_touch(a: &ContactShape, b: &ContactShape) -> bool {
-    let is_edged = |shape: &ContactShape| {
-        matches!(shape, ContactShape::Box { .. } | ContactShape::Points { .. })
-    };
-    has_gap(a, b) && !(is_edged(a) && is_edged(b))
+    let [boxes, points] = [a, b].into_iter().fold([0, 0], |[boxes, points], own| match own {
+        ContactShape::Box { .. } => [boxes + 1, points],
+        ContactShape::Points { .. } => [boxes, points + 1],
+        _ => [boxes, points],
+    });
+    has_gap(a, b) && (points == 0 || boxes + points < 2)
 }
 
 impl ContactPlane {

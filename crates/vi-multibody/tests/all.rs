@@ -23,6 +23,7 @@ mod loaded_trees;
 mod loop_step;
 mod moving_tree;
 mod near_couplings;
+mod node_laws;
 mod pair_data;
 mod quantity_efforts;
 mod random_trees;

@@ -1,7 +1,7 @@
 //! A node whose impulses are found: the state after its step, and what is recorded.
 
 use super::impulses::NodeImpulses;
-use super::node_law::{Contact, Kind};
+use super::node_law::{Contact, Course, Kind};
 use super::record::{ContactRecord, ContactStatus, FirstImpulses, NodeRecord, Records};
 use super::unilateral::ContactLaw;
 use vi_core::contact_state::Remembered;
@@ -99,7 +99,10 @@ impl NodeImpulses {
             _ if contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0 => {
                 ContactStatus::Impact
             }
-            _ if contact.turns || contact.is_sliding(&self.lambda, &self.W, at) => {
+            _ if contact.turns
+                || contact.course == Course::Struck
+                || contact.is_sliding(&self.lambda, &self.W, at) =>
+            {
                 ContactStatus::Slip
             }
             _ => ContactStatus::Stick,

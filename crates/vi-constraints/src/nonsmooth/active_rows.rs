@@ -134,6 +134,7 @@ impl ActiveRows {
         self.by_step.clear();
         let places = islands.contacts(island);
         let mut count = 0;
+        part_friction(contacts, W, places);
         for place in places {
             let contact = &mut contacts[*place];
             let first = contact.row;
@@ -234,6 +235,27 @@ impl ActiveRows {
             }
             w.push(rest);
             found.push(lambda[l]);
+        }
+    }
+}
+
+/// What dry friction of the steps beside an impact adds to its velocities [N7].
+fn part_friction(contacts: &mut [Contact], W: &Delassus, places: &[usize]) {
+    let is_hit = places.iter().any(|place| contacts[*place].kind == Kind::Impact);
+    for place in places {
+        let contact = &mut contacts[*place];
+        contact.part(is_hit, W.at(contact.row, contact.row));
+        contact.parted_velocity = [0.0; 3];
+    }
+    for friction in places {
+        let Contact { row, .. } = contacts[*friction];
+        let Some([first, last]) = contacts[*friction].parts() else { continue };
+        for contact in places {
+            let contact = &mut contacts[*contact];
+            for i in 0..contact.law.rows() {
+                let e = contact.reduction * contact.restitution_of(i);
+                contact.parted_velocity[i] += W.at(contact.row + i, row) * (e * first - last);
+            }
         }
     }
 }

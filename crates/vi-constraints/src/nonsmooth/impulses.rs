@@ -121,6 +121,9 @@ impl NodeImpulses {
                 gamma: 0.0,
                 sigma: [0.0; 2],
                 bound: 0.0,
+                halves: [0.0; 2],
+                parted_velocity: [0.0; 3],
+                parted: false,
             });
         }
         let k = rows.len();
@@ -302,7 +305,7 @@ impl NodeImpulses {
         at: (SubStep, &State),
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
-            (contact.course, contact.turns) = (Course::Usual, false);
+            (contact.course, contact.turns, contact.parted) = (Course::Usual, false, false);
         }
         self.iterate(elements, run, at)?;
         if self.turning_slip && self.find_turns(elements, at.0.h)? {
@@ -490,6 +493,7 @@ impl NodeImpulses {
             contact.sigma = element.slip(feature, s).map(|slip| slip / step.h);
             match contact.law {
                 ContactLaw::Dry { effort, lever, .. } => {
+                    contact.halves = [state.contacts.step, step.h].map(|h| 0.5 * h * effort);
                     contact.bound = 0.5 * (state.contacts.step + step.h) * effort;
                     if lever != 0.0 {
                         if !is_known {

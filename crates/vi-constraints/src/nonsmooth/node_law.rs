@@ -23,6 +23,12 @@
 //! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
 //! `s_0 s_1 ≤ 0`, the row gets the mean of the sign over the time of the node.
 //!
+//! An impact in the same island divides dry friction into `Λ_1 = −½ h_{n−1} τ_c sgn s_0` up to it
+//! and `Λ_2 = −½ h_n τ_c sgn s_1` from there. The velocities of the impact are those between them:
+//! ```text
+//! U⁺ − W_NF Λ_2 + e (U⁻ + W_NF Λ_1)     in the place of U⁺ + e U⁻                              [N7]
+//! ```
+//!
 //! Static friction: what stuck in the step before, touches without slip, or turns back in this step
 //! is solved with its static coefficient. Where it slips by that, it is solved again with the other
 //! one. Of points whose impulses are not unique one may be at its bound and rest: what slips has a
@@ -59,6 +65,8 @@ pub(super) enum Course {
     Reversing,
     /// It was to be reversed, and an iterate has kept its sign: the impulse is that of the bound.
     Held,
+    /// An impact reverses the rate: it has the sign of each step for the half of it at the node.
+    Struck,
     /// The usual law, because the iteration did not settle whether the rate is reversed.
     Plain,
 }
@@ -80,18 +88,21 @@ pub(super) struct Contact {
     pub(super) is_new: bool,                  // closed, and no contact of the node before
     pub(super) was_closed: bool,              // at the node before, without an impact
     pub(super) is_hit: bool,
-    pub(super) reduction: f64,  // η of the energy guard
-    pub(super) slides: bool,    // decided once: by the mean velocity
-    pub(super) kept: bool,      // it was to slide, and sticks after all
-    pub(super) held: bool,      // it stuck in the step before
-    pub(super) holds: bool,     // by its static friction
-    pub(super) caught: bool,    // it was asked whether that holds it where it turned back
-    pub(super) kind: Kind,      // of the last evaluation
-    pub(super) changes: usize,  // of the kind, of a hit contact
-    pub(super) course: Course,  //
-    pub(super) gamma: f64,      // g(q_{n+1})/h
-    pub(super) sigma: [f64; 2], // slip over h
-    pub(super) bound: f64,      // b of dry friction
+    pub(super) reduction: f64,            // η of the energy guard
+    pub(super) slides: bool,              // decided once: by the mean velocity
+    pub(super) kept: bool,                // it was to slide, and sticks after all
+    pub(super) held: bool,                // it stuck in the step before
+    pub(super) holds: bool,               // by its static friction
+    pub(super) caught: bool,              // it was asked whether that holds it where it turned back
+    pub(super) kind: Kind,                // of the last evaluation
+    pub(super) changes: usize,            // of the kind, of a hit contact
+    pub(super) course: Course,            //
+    pub(super) gamma: f64,                // g(q_{n+1})/h
+    pub(super) sigma: [f64; 2],           // slip over h
+    pub(super) bound: f64,                // b of dry friction
+    pub(super) halves: [f64; 2],          // ½ h_{n−1} τ_c, ½ h_n τ_c of dry friction
+    pub(super) parted_velocity: [f64; 3], // e W_NF Λ_1 − W_NF Λ_2 of the dry friction beside it
+    pub(super) parted: bool, // its dry friction slides before an impact of its island and after it
 }
 
 /// What a row of a contact is driven by, at the last step that was solved.
@@ -168,6 +179,7 @@ impl Contact {
                     Kind::Impact => {
                         rows.plus[1 + i]
                             + self.reduction * tangential_restitution * rows.minus[1 + i]
+                            + self.parted_velocity[1 + i]
                     }
                     Kind::Position if self.slides => rows.plus[1 + i] + rows.minus[1 + i],
                     Kind::Position => self.sigma[i] - self.shift[i],
@@ -197,7 +209,8 @@ impl Contact {
         let before = std::mem::replace(&mut self.kind, Kind::Position);
         let mut xi = self.gamma;
         if self.is_hit {
-            let velocity = rows.plus[0] + self.reduction * restitution * rows.minus[0];
+            let arrival = self.reduction * restitution * rows.minus[0];
+            let velocity = rows.plus[0] + arrival + self.parted_velocity[0];
             if velocity < xi {
                 self.kind = Kind::Impact;
                 xi = velocity;
@@ -211,7 +224,7 @@ impl Contact {
     /// whose rate is reversed or not, and of a contact that is an impact with the tangential law of
     /// one, and none with that of the other.
     pub(super) fn settle(&mut self) {
-        if self.course != Course::Usual {
+        if self.course != Course::Usual || self.parted {
             self.course = Course::Plain;
         }
         if self.changes > ALTERNATES {
@@ -224,6 +237,13 @@ impl Contact {
         let (s_0, s_1, b) = (self.before, self.sigma[0], self.bound);
         if self.course == Course::Plain {
             return Drive::Zero { xi: s_1, compliance: 0.0 };
+        }
+        if self.parted && s_0 * s_1 < 0.0 {
+            self.course = Course::Struck;
+            return Drive::Known(-s_1.signum() * (b - 2.0 * self.halves[0]));
+        }
+        if self.course == Course::Struck {
+            self.course = Course::Usual;
         }
         if self.course == Course::Usual {
             let hold = -(s_1 - w * lambda - s_0) / w;
@@ -243,6 +263,24 @@ impl Contact {
         } else {
             Drive::Known(0.0) // b = 0
         }
+    }
+
+    /// Whether dry friction slides before an impact and after it, so fast that it cannot hold what
+    /// is left; `struck`: something is hit in its island, `w`: `W_ii`.
+    pub(super) fn part(&mut self, struck: bool, w: f64) {
+        /// What is divided changes the rate by half of their difference at most.
+        const LEAVES: f64 = 2.0;
+        const ENTERS: f64 = 4.0;
+        let is_dry = matches!(self.law, ContactLaw::Dry { .. }) && self.course != Course::Plain;
+        let least = if self.parted { LEAVES } else { ENTERS } * w * self.bound;
+        self.parted = is_dry && struck && self.before != 0.0 && self.sigma[0].abs() > least;
+    }
+
+    /// The parts of dry friction up to an impact and from there, N·s.
+    pub(super) fn parts(&self) -> Option<[f64; 2]> {
+        let [before, after] = self.halves;
+        let signs = [self.before, self.sigma[0]].map(f64::signum);
+        self.parted.then(|| [-before * signs[0], -after * signs[1]])
     }
 
     /// Whether it slides by more than the velocity changes in this step, so that it cannot stop;
