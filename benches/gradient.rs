@@ -249,7 +249,9 @@ fn main() {
     let sizes = [1, 8, 64, 512].into_iter().flat_map(|n| (1..=3).map(move |s| (n, s)));
     for (n, stages) in sizes {
         for motors in [none, held].into_iter().take(if n == 8 { 2 } else { 1 }) {
-            let (case, mut run) = chain(n, (1e-2, 8 + 100 / n), motors, Some(of_order(stages)));
+            let h = if n < 512 { 1e-2 } else { 1e-3 };
+            let steps = (h, 8 + 100 / n);
+            let (case, mut run) = chain(n, steps, motors, Some(of_order(stages)));
             if chosen(&case.name) && !quick {
                 report(&mut run, &case, rounds);
             }
