@@ -135,6 +135,15 @@ impl DiscreteForce for AtTheStart {
     ) -> Result<(), NoTimeSlope> {
         Err(NoTimeSlope)
     }
+    fn add_time_slope(
+        &self,
+        _: Configuration<'_>,
+        _v: &[f64],
+        _scale: f64,
+        _: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        Err(NoTimeSlope)
+    }
     fn add_continuous(&self, _: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
         if self.declared {
             out.iter_mut().zip(&self.w).for_each(|(o, f)| *o += f);
