@@ -7,8 +7,8 @@
 //! δẏ_n = D²y[v̂_n, δq_n] + ∇y·δv̂_n + (∇y)_θ v̂_n
 //! ```
 //! Hermite's cubic polynomials between nodes, and their derivatives for rates, have a higher order
-//! than the scheme of order 2; numbers of nodes with their velocities, `y(q, v̂)`, are linear between
-//! nodes, of order 2. All derivatives come from tangents beside one run; least squares do
+//! than the scheme of order 2; numbers of nodes with their velocities, `y(q, v̂)`, are linear
+//! between nodes, of order 2. All derivatives come from tangents beside one run; least squares do
 //! the rest ([`crate::least_squares`]). Parameters may change the start, the masses, the geometry,
 //! the forces, the quantities: what an [`Experiment`] says.
 

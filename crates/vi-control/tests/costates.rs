@@ -224,8 +224,9 @@ fn of_random_trees_by_galerkin_steps() {
     assert!(compared > 90, "{compared}");
 }
 
-/// The defect of `a'·δq' + b'·δp̄' = a·δq + b·δp̄ + sources` over some steps, relative to its terms:
-/// forward by the saddle point, backward by the sweep over links; `None` where there is none.
+/// The defect of `a'·δq' + b'·δp̄' = a·δq + b·δp̄ + sources` over some steps, relative to
+/// its terms: forward by the saddle point, backward by the sweep over links; `None` where there is
+/// none.
 fn defect(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
     let (n, m) = (run.state().q.len(), run.constraints().len());
     let mut sweep = run.costate_sweep(Tangents::OfMechanism)?;

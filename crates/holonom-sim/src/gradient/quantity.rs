@@ -115,7 +115,8 @@ impl Measured {
     ) -> Result<(Self, Reading), ModelError> {
         let (name, part) = split(text);
         let Some(sensor) = model.sensors.iter().find(|sensor| sensor.name == name) else {
-            return Err(refused(key, format!("a sensor `{name}`"), "add the [[sensor]]")); // checked before
+            let what = format!("a sensor `{name}`"); // checked before
+            return Err(refused(key, what, "add the [[sensor]]"));
         };
         Self::of_sensor(model, mechanism, key, (sensor, part))
     }
@@ -197,7 +198,8 @@ pub(crate) fn reading(model: &Model, text: &str) -> Reading {
     sensor.map_or(Reading::Value, shown)
 }
 
-/// The angular velocity that a sensor measures, in space or as another body sees it; `None` where it measures another number.
+/// The angular velocity that a sensor measures, in space or as another body sees it; `None` where
+/// it measures another number.
 ///
 /// # Errors
 /// [`ModelError`] where it names none of its components.

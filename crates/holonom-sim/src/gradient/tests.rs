@@ -337,8 +337,8 @@ fn quantities_that_depend_on_parameters_agree_with_differences() {
     }
 }
 
-/// Rates at the end and along the path: of a point and of a joint that parameters move, the angular velocity of the
-/// coupler of a redundant loop, the rate of a distance with sub-steps.
+/// Rates at the end and along the path: of a point and of a joint that parameters move, the angular
+/// velocity of the coupler of a redundant loop, the rate of a distance with sub-steps.
 #[test]
 fn rates_agree_with_differences() {
     let point = ARM.replace("type = \"position\"", "type = \"velocity\"");

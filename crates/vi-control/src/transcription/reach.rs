@@ -66,7 +66,7 @@ impl Transcription {
                 if miss > MISSED * size.max(r[k].abs()) {
                     alone.push(name(k));
                 }
-            } else if low == high {
+            } else if low.to_bits() == high.to_bits() {
                 equations.push(k);
             }
         }

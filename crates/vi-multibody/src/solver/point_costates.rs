@@ -2,9 +2,9 @@
 //! step, with the exact matrix of all its control points, transposed.
 //!
 //! Its formulas stand in `crate::sweep::point_costate`. The costate `a` at `q_n` is that of a step
-//! of order 2 [2.47] with another velocity: `H_i0ᵀ x_i` of inertia is `(M/h) Σ_i K_i0 x_i`. Where all
-//! motions of bodies count, impulses and costates of the joints follow at each control point from
-//! the wrenches they transmit ([`JointNodes`]):
+//! of order 2 [2.47] with another velocity: `H_i0ᵀ x_i` of inertia is `(M/h) Σ_i K_i0 x_i`. Where
+//! all motions of bodies count, impulses and costates of the joints follow at each control point
+//! from the wrenches they transmit ([`JointNodes`]):
 //! ```text
 //! w_i = G(q_i)ᵀ Λ_i,   δ_js a' + Σ_i H_ijᵀ x_i = G(q_j)ᵀ σ_j                                 [2.50]
 //! ```

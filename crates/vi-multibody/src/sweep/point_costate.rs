@@ -9,9 +9,10 @@
 //! ```
 //! `Â_k` has `s × s` blocks of a link with all that it carries, `(j, i)`; the rows of `D` are the
 //! unknowns of a joint at the control points `1 … s`, its columns those at `0 … s − 1`. Masses
-//! enter by `K_ij P_jᵀ M P_i`. On a tree the derivative of `P` stands in the place of the curvature
-//! of the constraints, at `0 < i = j < s`, with the wrench `F = (f, τ)` of `h w_i` on a link and all
-//! that it carries and `a_I = h (w_I − ϱ_I f)` of a link alone (see [`super::costate`]):
+//! enter by `K_ij P_jᵀ M P_i`. On a tree the derivative of `P` stands in the place of the
+//! curvature of the constraints, at `0 < i = j < s`, with the wrench `F = (f, τ)` of `h w_i` on a
+//! link and all that it carries and `a_I = h (w_I − ϱ_I f)` of a link alone (see
+//! [`super::costate`]):
 //! ```text
 //! frame    θ·Σ_I [a_I (d_I·ω) − ω (d_I·a_I)]          θ, ω of its twists t, y
 //! lever    θ·[f (ℓ·ω) − ω (ℓ·f)],   u n·(f × ω)        of the parent; slides by u
