@@ -48,12 +48,11 @@ impl<'a> SideOfPair<'a> {
 /// edge of another body, which of its faces it touches is a matter of rounding: they do not.
 #[must_use]
 pub fn may_touch(a: &ContactShape, b: &ContactShape) -> bool {
-    let [boxes, points] = [a, b].into_iter().fold([0, 0], |[boxes, points], own| match own {
-        ContactShape::Box { .. } => [boxes + 1, points],
-        ContactShape::Points { .. } => [boxes, points + 1],
-        _ => [boxes, points],
-    });
-    has_gap(a, b) && (points == 0 || boxes + points < 2)
+    let is_mesh = |shape: &ContactShape| matches!(shape, ContactShape::Points { .. });
+    let is_edged =
+        |shape: &ContactShape| is_mesh(shape) || matches!(shape, ContactShape::Box { .. });
+    let have_corners = is_edged(a) && is_edged(b) && (is_mesh(a) || is_mesh(b));
+    has_gap(a, b) && !have_corners
 }
 
 impl ContactPlane {

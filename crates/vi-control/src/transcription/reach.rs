@@ -55,7 +55,7 @@ impl Transcription {
         };
         let name = |k: usize| self.row_name(ends.rows[k]);
         let mut found: Vec<Vec<String>> = Vec::new();
-        let (mut equations, mut alone) = (Vec::new(), Vec::new());
+        let mut equations = Vec::new();
         for k in 0..ends.rows.len() {
             let [low, high] = ends.bounds[k];
             let size = values[ends.rows[k]].abs().max(low.abs().min(high.abs()));
@@ -64,13 +64,12 @@ impl Transcription {
             if still || R.row(k).amax() <= ZERO * sizes[k] {
                 let miss = (low - r[k]).max(r[k] - high);
                 if miss > MISSED * size.max(r[k].abs()) {
-                    alone.push(name(k));
+                    found.push(vec![name(k)]);
                 }
             } else if low.to_bits() == high.to_bits() {
                 equations.push(k);
             }
         }
-        found.extend(alone.into_iter().map(|own| vec![own]));
         found.extend(together(&R, &r, &ends, &equations).into_iter().map(|some| {
             let mut names: Vec<String> = some.into_iter().map(name).collect();
             names.dedup();

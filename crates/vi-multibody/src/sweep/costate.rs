@@ -146,7 +146,11 @@ fn bend_axes<S: Space>(
 
 /// The derivative of `F·S_j` by the axis.
 #[inline(always)]
-fn by_axis<S: Space>(s: S, (link, act): (&Link<S::Store>, Act), F: Screw<S::Vector>) -> S::Vector {
+pub(super) fn by_axis<S: Space>(
+    s: S,
+    (link, act): (&Link<S::Store>, Act),
+    F: Screw<S::Vector>,
+) -> S::Vector {
     match act {
         Act::Turn => F.angular,
         Act::Slide => F.linear,

@@ -22,6 +22,7 @@
 #![allow(non_snake_case)] // A, C, D, F, K, S, U, V
 
 use super::columns::{Act, Axis, Motion};
+use super::costate::by_axis;
 use super::coupled::Couplings;
 use super::link::Link;
 use super::place::{Place, balance, momenta};
@@ -356,7 +357,7 @@ fn sweep_eliminate<W: Width>(
                     let mut end = image(&A[j * n + i].take(s), S);
                     let mut turned = s.zero();
                     if j + 1 == i && fixed.is_some() {
-                        turned = axis.cross(along(link, act, stands[i].wrench.take(s)));
+                        turned = axis.cross(by_axis(s, (link, act), stands[i].wrench.take(s)));
                         if let Some(Axis::Child(_)) = fixed {
                             end.angular = end.angular + turned;
                         }
@@ -441,16 +442,6 @@ fn sweep_eliminate<W: Width>(
         }
     }
     solvable
-}
-
-/// What a unit of a column does the work of.
-#[inline(always)]
-fn along<V: Vector<Number = f64>>(link: &Link<One>, act: Act, F: Screw<V>) -> V {
-    match act {
-        Act::Turn => F.angular,
-        Act::Slide => F.linear,
-        Act::Screw => F.angular + F.linear.scaled(link.pitch),
-    }
 }
 
 /// `Â` and `p` of a link with what its children pass; `follows`: the next link hangs on it.
