@@ -19,7 +19,7 @@
 
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
-use crate::objective::{Objective, StepGradient};
+use crate::objective::{NodeCost, Objective, StepGradient};
 use crate::tape::{Taken, Tape};
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
 use vi_constraints::design::{Design, Place};
@@ -190,23 +190,6 @@ impl Gradient {
     }
 }
 
-/// What a node costs, and when it is.
-struct Cost {
-    value: f64,
-    t: f64,
-}
-
-impl Cost {
-    fn of(objective: &Objective, node: &State) -> Self {
-        Self { value: objective.of_node(node), t: node.t }
-    }
-
-    /// What both nodes of a step cost, by the trapezoidal rule.
-    fn until(&self, objective: &Objective, node: &State) -> f64 {
-        0.5 * (node.t - self.t) * (self.value + objective.of_node(node))
-    }
-}
-
 /// A node with the momentum that is held there.
 fn holding(node: &State, p: &[f64]) -> State {
     let own = State::new(node.t, node.q.clone(), p.to_vec());
@@ -299,8 +282,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let Task { objective, controls, .. } = *self.task;
         let Self { found, costates, p, .. } = self;
         let last = steps.end - 1;
+        let mut nodes = counts.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
-            let before = Cost::of(objective, run.state());
             controls.set(step);
             let w = controls.at(step);
             let taken = run.step_with(&mut |system, _, taken| {
@@ -312,8 +295,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
-            if counts {
-                found.value += before.until(objective, run.state());
+            if let Some(nodes) = &mut nodes {
+                found.value += nodes.step_to(objective, run.state());
             }
         }
         Ok(())
@@ -330,8 +313,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let Self { tape, nodes, found, first, costates, p, .. } = self;
         nodes.clear();
         let ends = steps.end == self.task.steps;
+        let mut costs = first.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
-            let before = Cost::of(objective, run.state());
             if objective.counts_nodes() {
                 nodes.push(holding(run.state(), p));
             }
@@ -345,8 +328,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 costates.momentum(system, taken.points(), p);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
-            if *first {
-                found.value += before.until(objective, run.state());
+            if let Some(costs) = &mut costs {
+                found.value += costs.step_to(objective, run.state());
             }
         }
         if objective.counts_nodes() {

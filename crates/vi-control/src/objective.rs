@@ -9,7 +9,7 @@
 
 use vi_core::interval::{Interval, Slot};
 use vi_core::{Configuration, State};
-use vi_multibody::form::Form;
+use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// Derivatives of the cost of a step.
@@ -121,26 +121,16 @@ impl Quantity for PointComponent {
     }
 }
 
-/// The product of two forms: a component of a point along an axis of a frame.
-#[derive(Clone, Debug)]
-pub struct FormProduct {
-    /// The one, such as a distance from the centre of the frame, m.
-    pub left: Form,
-    /// The other, such as the axis.
-    pub right: Form,
-}
-
-impl Quantity for FormProduct {
+/// A product of linear forms: a component of a point along an axis of a frame.
+impl Quantity for Row {
     fn value(&self, at: Configuration<'_>) -> f64 {
-        self.left.at(at.q).dot(&self.right.at(at.q))
+        Row::value(self, at.q)
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        self.left.add_transposed(&(scale * self.right.at(at.q)), out);
-        self.right.add_transposed(&(scale * self.left.at(at.q)), out);
+        self.for_each_slope(at.q, |i, slope| out[i] += scale * slope);
     }
     fn second(&self, _at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        let [left, right] = [&self.left, &self.right].map(|form| [v, w].map(|x| form.rate(x)));
-        left[0].dot(&right[1]) + left[1].dot(&right[0])
+        Row::second(self, v, w)
     }
 }
 
@@ -374,5 +364,27 @@ impl Objective {
     /// Adds its derivatives by `q_N` and `p̄_N`.
     pub fn add_of_end(&self, end: &State, q: &mut [f64], p: &mut [f64]) {
         self.terms.iter().for_each(|(weight, term)| term.add_of_end(end, *weight, q, p));
+    }
+}
+
+/// What the nodes of a run cost, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeCost {
+    last: f64,
+    t: f64,
+}
+
+impl NodeCost {
+    /// At the node where a run begins.
+    #[must_use]
+    pub fn of(objective: &Objective, node: &State) -> Self {
+        Self { last: objective.of_node(node), t: node.t }
+    }
+
+    /// What both nodes of the step to the next one cost, by the trapezoidal rule.
+    pub fn step_to(&mut self, objective: &Objective, node: &State) -> f64 {
+        let (from, own) = (*self, Self::of(objective, node));
+        *self = own;
+        0.5 * (own.t - from.t) * (from.last + own.last)
     }
 }

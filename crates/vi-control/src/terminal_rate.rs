@@ -29,6 +29,18 @@ pub trait NodeQuantity: Send + Sync {
     }
 }
 
+impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
+    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        (**self).value(at, v)
+    }
+    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, slopes: [&mut [f64]; 2]) {
+        (**self).add_slopes(at, v, scale, slopes);
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+        (**self).by_parameter(parameter, at, v)
+    }
+}
+
 /// The rate `ẏ = ∇y·v` of a quantity.
 #[derive(Clone, Debug)]
 pub struct RateOf<Q>(

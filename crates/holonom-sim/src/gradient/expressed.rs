@@ -1,16 +1,16 @@
-//! The value of a sensor of type `expression`, with its derivative.
+//! What a sensor shows, with its derivative: the value of one of type `expression`.
 //!
 //! ```text
 //! y = e(t, y_1, …)        ∂y/∂q = Σ ∂e/∂y_i ∂y_i/∂q,   ∂y/∂v̂ likewise,   y_θ = e_θ + Σ ∂e/∂y_i (y_i)_θ
 //! ```
 //! `e_θ` is an expression of its own, of what `e` reads.
 
-use super::quantity::{Measured, Sensed, spin_of};
+use super::quantity::{Measured, Sensed, spin};
 use crate::design::{ModelTangent, refused};
 use crate::sensor::observed;
 use holonom_model::expression::Program;
 use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
-use vi_control::identification::Reading as Shown;
+use vi_control::identification::Reading as Rate;
 use vi_control::objective::Quantity;
 use vi_control::terminal_rate::{NodeQuantity, RateOf};
 use vi_core::Configuration;
@@ -94,32 +94,69 @@ pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
     readings.into_iter().filter_map(sensor).collect()
 }
 
-/// The expression that a sensor shows; `None` where it is of another kind. `key`: of the model,
-/// where it is named.
-///
-/// # Errors
-/// [`ModelError`] where it reads what has no derivative.
-pub(crate) fn expressed(
-    model: &Model,
-    mechanism: &mut Mechanism,
-    (key, text): (&str, &str),
-    tangents: &[ModelTangent],
-) -> Result<Option<Expressed>, ModelError> {
-    let Some(sensor) = model.sensors.iter().find(|own| own.name == text) else { return Ok(None) };
-    let Some(own) = observed(model, sensor) else { return Ok(None) };
-    let own = evaluated(model, mechanism, key, own, tangents)?;
-    let mut by = Vec::new();
-    for tangent in tangents {
-        by.push(match tangent.expressions.get(&sensor.name) {
-            None => None,
-            Some(slope) => {
-                let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
-                let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
-                Some(evaluated(model, mechanism, key, slope, tangents)?)
-            }
-        });
+/// Whether what a sensor shows depends on the numbers of another one, or of itself.
+pub(crate) fn depends_on(model: &Model, sensor: &str, name: &str) -> bool {
+    sensor == name || sensors_read(model, sensor).iter().any(|own| own.name == name)
+}
+
+/// What a sensor shows, with its derivative.
+pub(crate) enum Shown {
+    /// A quantity of the configuration, or its rate.
+    Configuration(Sensed, Rate),
+    /// A number of a node with its velocity.
+    Node(Box<dyn NodeQuantity>),
+}
+
+impl Shown {
+    /// By a sensor, of one of several numbers with its part; `key`: what names it in the model.
+    ///
+    /// # Errors
+    /// [`ModelError`] of a sensor that has no derivative.
+    pub(crate) fn of(
+        model: &Model,
+        mechanism: &mut Mechanism,
+        key: &str,
+        of: (&Sensor, Option<&str>),
+        tangents: &[ModelTangent],
+    ) -> Result<Self, ModelError> {
+        let (sensor, _) = of;
+        if let Some(spin) = spin(model, mechanism, key, of)? {
+            return Ok(Self::Node(Box::new(spin)));
+        }
+        if let Some(own) = observed(model, sensor) {
+            let own = Expressed::new(model, mechanism, key, (sensor, own), tangents)?;
+            return Ok(Self::Node(Box::new(own)));
+        }
+        let (measured, rate) = Measured::of_sensor(model, mechanism, key, of)?;
+        let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
+        Ok(Self::Configuration(sensed, rate))
     }
-    Ok(Some(Expressed { own, by }))
+}
+
+impl Expressed {
+    /// # Errors
+    /// [`ModelError`] where it reads what has no derivative.
+    fn new(
+        model: &Model,
+        mechanism: &mut Mechanism,
+        key: &str,
+        (sensor, own): (&Sensor, Observed),
+        tangents: &[ModelTangent],
+    ) -> Result<Self, ModelError> {
+        let own = evaluated(model, mechanism, key, own, tangents)?;
+        let mut by = Vec::new();
+        for tangent in tangents {
+            by.push(match tangent.expressions.get(&sensor.name) {
+                None => None,
+                Some(slope) => {
+                    let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
+                    let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
+                    Some(evaluated(model, mechanism, key, slope, tangents)?)
+                }
+            });
+        }
+        Ok(Self { own, by })
+    }
 }
 
 fn evaluated(
@@ -144,15 +181,10 @@ fn evaluated(
             Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        if let Some(spin) = spin_of(model, mechanism, key, of)? {
-            inputs.push(Box::new(spin));
-            continue;
-        }
-        let (measured, shown) = Measured::of_sensor(model, mechanism, key, of)?;
-        let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
-        inputs.push(match shown {
-            Shown::Value => Box::new(ValueOf(sensed)),
-            Shown::Rate => Box::new(RateOf(sensed)),
+        inputs.push(match Shown::of(model, mechanism, key, of, tangents)? {
+            Shown::Configuration(own, Rate::Value) => Box::new(ValueOf(own)),
+            Shown::Configuration(own, Rate::Rate) => Box::new(RateOf(own)),
+            Shown::Node(own) => own,
         });
     }
     Ok(Evaluated { program, inputs })

@@ -98,10 +98,7 @@ impl Wanted {
             ["objective", name, ..] => chosen(name),
             ["sensor", name, ..] => model.objectives.iter().any(|own| {
                 let sensor = own.sensor.as_deref().and_then(|text| text.split('.').next());
-                let read = |sensor: &str| {
-                    let inner = || expressed::sensors_read(model, sensor);
-                    sensor == name || inner().iter().any(|own| own.name == name)
-                };
+                let read = |sensor: &str| expressed::depends_on(model, sensor, name);
                 chosen(&own.name) && sensor.is_some_and(read)
             }),
             _ => true,

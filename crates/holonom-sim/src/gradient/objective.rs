@@ -1,7 +1,7 @@
 //! The objectives of a model as terms of a cost.
 
-use super::expressed::expressed;
-use super::quantity::{Measured, Sensed, spin};
+use super::expressed::Shown;
+use super::quantity::named;
 use crate::design::{ModelTangent, refused};
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
@@ -125,14 +125,12 @@ impl Costs {
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
-        if let Some(spin) = spin(model, mechanism, &key, text)? {
-            return self.add_rate(own, spin, run, tangents);
-        }
-        if let Some(own_value) = expressed(model, mechanism, (&key, text), tangents)? {
-            return self.add_rate(own, own_value, run, tangents);
-        }
-        let (measured, reading) = Measured::read(model, mechanism, &key, text)?;
-        let (quantity, target) = (Sensed::new(measured, mechanism, text, tangents), own.target);
+        let of = named(model, &key, text)?;
+        let (quantity, reading) = match Shown::of(model, mechanism, &key, of, tangents)? {
+            Shown::Node(number) => return self.add_rate(own, number, run, tangents),
+            Shown::Configuration(quantity, reading) => (quantity, reading),
+        };
+        let target = own.target;
         let term: Box<dyn Term> = match (reading, own.at) {
             (Reading::Rate, _) => return self.add_rate(own, RateOf(quantity), run, tangents),
             (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, target }),

@@ -15,6 +15,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
+use vi_control::objective::NodeCost;
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -147,11 +148,6 @@ pub(crate) fn unit_load(system: &System, input: &Input) -> Option<Load> {
     load.clone().with_history(TimeHistory::default()).ok()
 }
 
-/// What a node costs.
-fn of_node(node: &State, costs: &[&Costs]) -> Vec<f64> {
-    costs.iter().map(|own| own.sum.of_node(node)).collect()
-}
-
 /// The values of costs along a run of this many steps.
 fn values_along(
     simulation: &mut Simulation,
@@ -161,8 +157,9 @@ fn values_along(
     let h = simulation.settings.step;
     let run = simulation.integrator();
     let mut values = vec![0.0; costs.len()];
+    let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
+    let mut nodes: Vec<NodeCost> = begin.collect();
     for step in 0..steps {
-        let (begin, t) = (of_node(run.state(), costs), run.state().t);
         controls.set(step);
         let w = controls.at(step);
         let mut count = |s: &Interval| {
@@ -173,9 +170,9 @@ fn values_along(
         let taken = run.step_with(&mut |_, _, taken| count(taken.s));
         taken
             .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
-        let (end, h) = (of_node(run.state(), costs), run.state().t - t);
-        let nodes = begin.iter().zip(&end);
-        values.iter_mut().zip(nodes).for_each(|(value, (a, b))| *value += 0.5 * h * (a + b));
+        for ((value, own), nodes) in values.iter_mut().zip(costs).zip(&mut nodes) {
+            *value += nodes.step_to(&own.sum, run.state());
+        }
     }
     let state = run.state();
     for (value, own) in values.iter_mut().zip(costs) {

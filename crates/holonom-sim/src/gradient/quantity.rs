@@ -4,10 +4,10 @@ use crate::design::{ModelTangent, refused};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
 use vi_control::identification::Reading;
-use vi_control::objective::{FormProduct, PointComponent, Quantity};
+use vi_control::objective::{PointComponent, Quantity};
 use vi_core::Configuration;
 use vi_multibody::design::MovedCoordinate;
-use vi_multibody::form::Form;
+use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::law::Input;
 use vi_multibody::mechanism::{Attachment, Mechanism};
@@ -19,7 +19,7 @@ pub(crate) enum Measured {
     /// A component of a point, m.
     Point(PointComponent),
     /// A component of a point along an axis of a body, from its centre of mass, m.
-    Seen(FormProduct),
+    Seen(Row),
     /// From one point to another: their distance, m.
     Distance(Form),
     /// A joint coordinate, m or rad.
@@ -37,7 +37,7 @@ impl Quantity for Measured {
     fn value(&self, at: Configuration<'_>) -> f64 {
         match self {
             Self::Point(own) => own.value(at),
-            Self::Seen(own) => own.value(at),
+            Self::Seen(own) => Quantity::value(own, at),
             Self::Distance(between) => between.at(at.q).norm(),
             Self::Joint { coordinate, .. } => coordinate.at(at),
         }
@@ -56,7 +56,7 @@ impl Quantity for Measured {
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
         match self {
             Self::Point(own) => own.second(at, v, w),
-            Self::Seen(own) => own.second(at, v, w),
+            Self::Seen(own) => Quantity::second(own, at, v, w),
             Self::Distance(between) => {
                 let (line, v, w) = (between.at(at.q), between.rate(v), between.rate(w));
                 let length = line.norm();
@@ -80,7 +80,7 @@ impl Measured {
         key: &str,
         text: &str,
     ) -> Result<Self, ModelError> {
-        match Self::read(model, mechanism, key, text)? {
+        match Self::of_sensor(model, mechanism, key, named(model, key, text)?)? {
             (own, Reading::Value) => Ok(own),
             (_, Reading::Rate) => {
                 let (name, _) = split(text);
@@ -103,28 +103,10 @@ impl Measured {
         Some(Self::Joint { joint, freedom, coordinate })
     }
 
-    /// The same with sensors of rates: whose rate it is.
+    /// What a sensor measures, or whose rate it does; of one of several numbers with its part.
     ///
     /// # Errors
     /// [`ModelError`] of a sensor that has no derivative.
-    pub(crate) fn read(
-        model: &Model,
-        mechanism: &mut Mechanism,
-        key: &str,
-        text: &str,
-    ) -> Result<(Self, Reading), ModelError> {
-        let (name, part) = split(text);
-        let Some(sensor) = model.sensors.iter().find(|sensor| sensor.name == name) else {
-            let what = format!("a sensor `{name}`"); // checked before
-            return Err(refused(key, what, "add the [[sensor]]"));
-        };
-        Self::of_sensor(model, mechanism, key, (sensor, part))
-    }
-
-    /// The same of a sensor that has no name.
-    ///
-    /// # Errors
-    /// As of [`Measured::read`].
     pub(crate) fn of_sensor(
         model: &Model,
         mechanism: &mut Mechanism,
@@ -141,7 +123,7 @@ impl Measured {
                     None => Self::Point(PointComponent { point, axis }),
                     Some(observer) => {
                         let [left, right] = seen(model, mechanism, (point, axis), observer);
-                        Self::Seen(FormProduct { left, right })
+                        Self::Seen(Row::product(left, right, 0.0))
                     }
                 })
             }
@@ -198,27 +180,27 @@ pub(crate) fn reading(model: &Model, text: &str) -> Reading {
     sensor.map_or(Reading::Value, shown)
 }
 
+/// A sensor by its name, and which of its numbers; `key`: of the model, where it is named.
+///
+/// # Errors
+/// [`ModelError`] where there is none.
+pub(crate) fn named<'a>(
+    model: &'a Model,
+    key: &str,
+    text: &'a str,
+) -> Result<(&'a Sensor, Option<&'a str>), ModelError> {
+    let (name, part) = split(text);
+    let sensor = model.sensors.iter().find(|sensor| sensor.name == name);
+    let missing = || refused(key, format!("a sensor `{name}`"), "add the [[sensor]]");
+    Ok((sensor.ok_or_else(missing)?, part)) // checked before
+}
+
 /// The angular velocity that a sensor measures, in space or as another body sees it; `None` where
 /// it measures another number.
 ///
 /// # Errors
 /// [`ModelError`] where it names none of its components.
 pub(crate) fn spin(
-    model: &Model,
-    mechanism: &Mechanism,
-    key: &str,
-    text: &str,
-) -> Result<Option<Input>, ModelError> {
-    let (name, part) = split(text);
-    let sensor = model.sensors.iter().find(|own| own.name == name);
-    sensor.map_or(Ok(None), |sensor| spin_of(model, mechanism, key, (sensor, part)))
-}
-
-/// The same of a sensor that has no name.
-///
-/// # Errors
-/// As of [`spin`].
-pub(crate) fn spin_of(
     model: &Model,
     mechanism: &Mechanism,
     key: &str,
@@ -330,7 +312,7 @@ impl Quantity for Sensed {
             (Some(Change::Joint(own)), _) => own.by(at.q),
             (Some(Change::Form(change)), Measured::Point(own)) => change.at(at.q)[own.axis],
             (Some(Change::Form(change)), Measured::Seen(own)) => {
-                change.at(at.q).dot(&own.right.at(at.q))
+                change.at(at.q).dot(&own.b.at(at.q))
             }
             (Some(Change::Form(change)), Measured::Distance(between)) => {
                 let line = between.at(at.q);
@@ -344,7 +326,7 @@ impl Quantity for Sensed {
             (Some(Change::Joint(own)), _) => own.rate_by(at.q, v),
             (Some(Change::Form(change)), Measured::Point(own)) => change.rate(v)[own.axis],
             (Some(Change::Form(change)), Measured::Seen(own)) => {
-                let [axis, turning] = [own.right.at(at.q), own.right.rate(v)];
+                let [axis, turning] = [own.b.at(at.q), own.b.rate(v)];
                 change.rate(v).dot(&axis) + change.at(at.q).dot(&turning)
             }
             (Some(Change::Form(change)), Measured::Distance(between)) => {

@@ -1,8 +1,8 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
-use super::expressed::{expressed, sensors_read};
+use super::expressed::{Shown, depends_on};
 use super::prepared::{self, Begin, Prepared};
-use super::quantity::{Measured, Sensed, spin};
+use super::quantity::{Measured, Sensed, named};
 use crate::design::{self, refused};
 use crate::start::StartValues;
 use crate::system;
@@ -158,12 +158,8 @@ impl ModelTrials<'_> {
         let with = (&[][..], &self.outside(theta));
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
-        let read = |sensor: &str| {
-            self.reads.iter().any(|own| {
-                let inner = || sensors_read(&model, own.name());
-                own.name() == sensor || inner().iter().any(|own| own.name == sensor)
-            })
-        };
+        let read =
+            |sensor: &str| self.reads.iter().any(|own| depends_on(&model, own.name(), sensor));
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
         let from = (self.text, &overrides[..], &model);
         let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
@@ -181,17 +177,11 @@ impl ModelTrials<'_> {
         let mut quantities = Vec::new();
         for SensorRead { key, sensor } in &self.reads {
             let mechanism = &mut prepared.system.mechanism;
-            if let Some(spin) = spin(&model, mechanism, key, sensor)? {
-                quantities.push(Measurable::Node(Box::new(spin)));
-                continue;
-            }
-            if let Some(own) = expressed(&model, mechanism, (key, sensor), &tangents)? {
-                quantities.push(Measurable::Node(Box::new(own)));
-                continue;
-            }
-            let (own, _) = Measured::read(&model, mechanism, key, sensor)?;
-            let own = Sensed::new(own, mechanism, sensor, &tangents);
-            quantities.push(Measurable::Configuration(Box::new(own)));
+            let of = named(&model, key, sensor)?;
+            quantities.push(match Shown::of(&model, mechanism, key, of, &tangents)? {
+                Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
+                Shown::Node(own) => Measurable::Node(own),
+            });
         }
         for (name, freedom) in &self.joints {
             let mechanism = &mut prepared.system.mechanism;

@@ -116,10 +116,7 @@ impl Reader<'_> {
                 let along = Form::constant(Vector3::ith(own.axis, 1.0));
                 (Quantity::Product(Row::product(own.point.clone(), along, 0.0)), false)
             }
-            Measured::Seen(own) => {
-                let product = Row::product(own.left.clone(), own.right.clone(), 0.0);
-                (Quantity::Product(product), false)
-            }
+            Measured::Seen(own) => (Quantity::Product(own.clone()), false),
             Measured::Distance(between) => (Quantity::Product(Row::distance(between, 0.0)), true),
             Measured::Joint { joint, freedom, .. } => {
                 let start = own.value(Configuration::new(self.t, self.q));
