@@ -3,7 +3,7 @@
 //! ```text
 //! δq* of stated positions, δv* of stated velocities or of stated rates
 //! δq = δq* − W⁻¹ Gᵀ μ,   G δq = −g_θ                              a projected start, at a closed one
-//! δv = δv* − M⁻¹ Gᵀ μ,   G δv = −D²g[δq, v] − G_θ v − g_tθ
+//! δv = v̂ of the momentum M v* as it changes by M δv* + M_θ v*       where the velocity is projected
 //! δp̄ = M δv + M_θ v
 //! ```
 
@@ -14,8 +14,9 @@ use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
-use vi_core::{Configuration, SparseMatrix};
+use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError, StartTangent};
+use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::mechanism::Mechanism;
 
 /// Part of the change of a row from which on a constraint counts as open.
@@ -42,6 +43,8 @@ pub(crate) struct StartOf<'a> {
     pub(crate) mass: &'a SparseMatrix,
     pub(crate) rows: &'a IndependentRows,
     pub(crate) at: InitialValues<'a>,
+    /// `v*`, as it is before it is projected.
+    pub(crate) stated_v: &'a [f64],
     pub(crate) how: How,
 }
 
@@ -111,9 +114,12 @@ impl StartOf<'_> {
         let by_rates = model.joints.iter().any(|joint| joint.rate.is_some());
         let mut v = if by_rates { self.by_rates(own, &q)? } else { own.v.clone() };
         let [_, open] = self.opened(own, [&q, &v])?;
-        if let Some(row) = self.largest(&open, &v) {
+        let opens = self.largest(&open, &v);
+        if let Some(row) = opens {
             self.must_project(row, &own.name, "velocities")?;
-            self.correct(&open, &mut v, &own.name)?;
+        }
+        if opens.is_some() || self.stated_v != at.v {
+            v = self.projected_velocity(own, [&q, &v])?;
         }
         let mut p = vec![0.0; q.len()];
         mass.mul_add(1.0, &v, &mut p);
@@ -279,6 +285,34 @@ impl StartOf<'_> {
             "state the initial {what} by expressions of `{parameter}`, or write project_start = true"
         );
         Err(refused(&self.key(name), message, help))
+    }
+
+    /// `δv` of the projected velocity where the start changes by `dq`, the stated velocity by `dv`.
+    fn projected_velocity(
+        &self,
+        own: &ModelTangent,
+        [dq, dv]: [&[f64]; 2],
+    ) -> Result<Vec<f64>, ModelError> {
+        let Self { mechanism, mass, rows, at, .. } = *self;
+        let [mut p, mut dp] = [vec![0.0; dq.len()], vec![0.0; dq.len()]];
+        mass.mul_add(1.0, self.stated_v, &mut p);
+        mass.mul_add(1.0, dv, &mut dp);
+        start::add_mass_change(mechanism, &own.numbers, self.stated_v, &mut dp);
+        let numbers = std::slice::from_ref(&own.numbers);
+        let velocity =
+            NodeVelocity::new(mechanism, rows, numbers).map_err(StartDerivativeError::from);
+        let mut velocity = velocity.map_err(|error| self.refusal(&error, own))?;
+        let state = State::new(at.t, at.q.to_vec(), p);
+        let configuration = Configuration::new(at.t, at.q);
+        let singular = |error| self.refusal(&StartDerivativeError::from(error), own);
+        velocity.find(mechanism, mass, &state).map_err(singular)?;
+        let found = velocity.change(mechanism, configuration, Some(0), [dq, &dp]);
+        let found = found.map_err(singular)?.to_vec();
+        let [_, left] = self.opened(own, [dq, &found])?;
+        match self.largest(&left, &found) {
+            Some(row) => Err(self.opens(mechanism.constraint_name(row), &own.name)),
+            None => Ok(found),
+        }
     }
 
     /// `x ← x − W⁻¹ Gᵀ μ` with `G δx` = what is open.

@@ -20,6 +20,8 @@ mod objective;
 pub(crate) mod prepared;
 pub(crate) mod quantity;
 #[cfg(test)]
+mod start_tests;
+#[cfg(test)]
 mod tests;
 pub(crate) mod trial;
 

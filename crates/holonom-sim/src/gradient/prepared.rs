@@ -214,6 +214,7 @@ pub(crate) struct Begin {
     rows: IndependentRows,
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
+    stated_v: Vec<f64>,
     pub(crate) t: f64,
     how: How,
 }
@@ -231,7 +232,8 @@ impl Begin {
             })?;
         let mass = system.dynamics.parts.mass_matrix(&system.mechanism);
         let State { t, q, .. } = begun.state;
-        Ok(Self { mass, rows, q, v: begun.v, t, how: stated.how })
+        let (v, stated_v) = (begun.v, stated.v);
+        Ok(Self { mass, rows, q, v, stated_v, t, how: stated.how })
     }
 
     pub(crate) fn rows(&self) -> &IndependentRows {
@@ -278,7 +280,8 @@ impl Begin {
     /// How it changes.
     pub(crate) fn of<'a>(&'a self, model: &'a Model, mechanism: &'a Mechanism) -> StartOf<'a> {
         let (mass, rows, at) = (&self.mass, &self.rows, self.at());
-        StartOf { model, mechanism, mass, rows, at, how: self.how }
+        let stated_v = &self.stated_v;
+        StartOf { model, mechanism, mass, rows, at, stated_v, how: self.how }
     }
 }
 
