@@ -97,6 +97,9 @@ const NEWTON_STEPS: usize = 25;
 const LAST_STEPS: usize = 2;
 /// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
 const STALLED: usize = 4;
+/// Steps in a row that do not halve the residual: they lead nowhere, but in a few problems, whose
+/// methods are tried once more with all steps.
+const PATIENCE: usize = 8;
 /// `ρ` of the rounds: where Newton's method fails with one, others lead elsewhere.
 const PARAMETERS: [f64; 9] = [1.0, 1.0, 1e2, 1e-2, 1e4, 1e-4, 10.0, 0.1, 1e3];
 /// Convex programs in a sequence.
@@ -127,6 +130,7 @@ pub struct ConeSolver {
     trial: Vec<f64>,   // k
     best: Vec<f64>,    // k
     ends_nearby: bool,
+    patience: usize,   // of Newton's method
     nearest: Vec<f64>, // k
     least: f64,        // the excess of `nearest`
     swept: Vec<f64>,   // k
@@ -224,6 +228,7 @@ impl ConeSolver {
     fn solve_scaled(&mut self) -> Result<ConeReport, ConeFault> {
         let rounding = 2.0 * f64::EPSILON * self.problem.rows() as f64;
         let done = |residual, rounds| Ok(ConeReport { residual, rounds });
+        self.patience = PATIENCE;
         self.residual.set_parameter(1.0);
         let residual = self.residual.evaluate(&self.problem, &self.impulse);
         if self.residual.excess() <= TARGET {
@@ -238,14 +243,33 @@ impl ConeSolver {
         self.least = self.residual.excess();
         self.nearest.copy_from_slice(&self.impulse);
         let is_small = self.problem.rows() <= FEW;
-        let found = if is_small { self.in_rounds(rounding) } else { self.of_many(rounding) };
-        if let Some(found) = found {
-            return Ok(found);
+        for patience in [PATIENCE, NEWTON_STEPS] {
+            self.patience = patience;
+            let found = if is_small { self.in_rounds(rounding) } else { self.of_many(rounding) };
+            if let Some(found) = found {
+                return Ok(found);
+            }
+            let is_near = self.least <= NEARLY; // by impulses that have not grown
+            if is_near && self.ends_nearby {
+                return self.end_nearby();
+            }
+            if let Some(found) = self.by_programs(rounding) {
+                return Ok(found);
+            }
+            if !is_near && let Some((cone, direction)) = self.interior.wedged(&self.problem) {
+                self.impulse.copy_from_slice(direction);
+                return Err(ConeFault::Wedged { cone });
+            }
+            if is_small && let Some(done) = self.along_compliances(rounding) {
+                return Ok(done);
+            }
+            self.impulse.copy_from_slice(&self.nearest);
         }
-        let is_near = self.least <= NEARLY; // by impulses that have not grown
-        if is_near && self.ends_nearby {
-            return self.end_nearby();
-        }
+        self.end_nearby()
+    }
+
+    /// Convex programs in a sequence, each followed by Newton's method.
+    fn by_programs(&mut self, rounding: f64) -> Option<ConeReport> {
         self.interior.begin(&self.problem);
         for program in 1..=PROGRAMS {
             let part = if program <= PROGRAMS / 2 { 1.0 } else { 0.5 };
@@ -256,17 +280,10 @@ impl ConeSolver {
                 false => self.refine(rounding),
             };
             if self.ends() {
-                return done(residual, PARAMETERS.len() + program);
+                return Some(ConeReport { residual, rounds: PARAMETERS.len() + program });
             }
         }
-        if !is_near && let Some((cone, direction)) = self.interior.wedged(&self.problem) {
-            self.impulse.copy_from_slice(direction);
-            return Err(ConeFault::Wedged { cone });
-        }
-        if is_small && let Some(done) = self.along_compliances(rounding) {
-            return Ok(done);
-        }
-        self.end_nearby()
+        None
     }
 
     /// Sweeps and Newton's method with several `ρ`.
@@ -440,7 +457,7 @@ impl ConeSolver {
     fn newton(&mut self, rounding: f64, steps: usize) -> f64 {
         let k = self.problem.rows();
         let mut least = self.residual.evaluate(&self.problem, &self.impulse);
-        let (mut now, mut stalled) = (least, 0);
+        let (mut now, mut stalled, mut slow_steps) = (least, 0, 0);
         let mut holds = self.residual.excess() <= ACCEPTED;
         self.best.copy_from_slice(&self.impulse);
         for _ in 0..steps {
@@ -483,7 +500,8 @@ impl ConeSolver {
                 self.best.copy_from_slice(&self.impulse);
             }
             stalled = if slow && holds { stalled + 1 } else { 0 };
-            if stalled == STALLED {
+            slow_steps = if slow { slow_steps + 1 } else { 0 };
+            if stalled == STALLED || slow_steps == self.patience {
                 break;
             }
         }
