@@ -432,6 +432,46 @@ fn damper_stops_and_friction_of_one_joint_are_of_order_two() {
     }
 }
 
+/// A slide on a carriage, with dry friction between them, when the carriage hits a stop: the slide
+/// is not hit, yet the rate between them is reversed. All accelerations are constant between, so
+/// places are exact, for steps of any length.
+#[test]
+fn friction_between_two_bodies_is_reversed_by_a_stop_of_one() {
+    let (masses, friction, restitution, stop, end) = ([2.0, 3.0], 1.5, 0.7, 0.5, 0.2);
+    let speeds = [5.0, 1.0];
+    let [a, b] = masses.map(|mass| friction / mass); // of the carriage −a, of the slide b, then a, −b
+    let hit = (speeds[0] - f64::sqrt(speeds[0] * speeds[0] - 2.0 * a * stop)) / a;
+    let at = [speeds[0] - a * hit, speeds[1] + b * hit];
+    let (left, back) = (end - hit, -restitution * at[0]);
+    assert!(at[1] < at[0] && at[1] - b * left > back + a * left, "it slides to the end");
+    let exact = [
+        stop + back * left + 0.5 * a * left * left,
+        0.5 * (speeds[1] + at[1]) * hit + at[1] * left - 0.5 * b * left * left,
+    ];
+    for steps in [7_u32, 20, 64] {
+        let mut builder = MechanismBuilder::new();
+        let mut add = |name: &str, k: usize| {
+            let body = builder.body(name, Inertia::principal(masses[k], [0.1; 3]));
+            body.velocity([speeds[k], 0.0, 0.0]).id()
+        };
+        let [carriage, slide] = [add("carriage", 0), add("slide", 1)];
+        let guide = |from: FrameId, to, name: &str, builder: &mut MechanismBuilder| {
+            let guide = builder.joint(name, PairKind::Prismatic, from, to).at([0.0; 3]);
+            guide.axis([1.0, 0.0, 0.0]).id().coordinate(0)
+        };
+        let along = guide(Ground, carriage, "guide", &mut builder);
+        let between = guide(carriage.into(), slide, "track", &mut builder);
+        builder.joint_limits(along, JointLimits { lower: None, upper: Some(stop), restitution });
+        builder.joint_friction(between, DryFriction::Effort(friction));
+        let mut run = run_by(&builder, end / f64::from(steps), Method::Events);
+        advance(&mut run, steps as usize);
+        let found = [0, 1].map(|k| run.state().q[FRAME * k]);
+        let off = (0..2).map(|k| (found[k] - exact[k]).abs()).fold(0.0, f64::max);
+        println!("{steps} steps: places off by {off:.1e} m");
+        assert!(off < 1e-11, "{found:?} for {exact:?}");
+    }
+}
+
 /// A rate that a force turns back, [N6] of docs/theory.md, 2.20: of order one where friction is no
 /// small part of the force, whose acceleration then differs before and after.
 #[test]
