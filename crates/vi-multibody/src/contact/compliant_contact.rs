@@ -105,6 +105,13 @@ impl CompliantContact {
         self.at(feature, self.own(q, |_, x| x)).gap
     }
 
+    /// The smallest of its gaps, m; `None` where the shapes have none.
+    #[must_use]
+    pub fn smallest_gap(&self, q: &[f64]) -> Option<f64> {
+        let [a, b] = self.pair.shapes();
+        lasting(a, b).map(|feature| self.gap(feature, q)).min_by(f64::total_cmp)
+    }
+
     /// The features that touch.
     pub fn touching<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = u32> + 'a {
         self.closed(q).map(|(feature, _)| feature)
