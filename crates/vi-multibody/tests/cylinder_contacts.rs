@@ -106,7 +106,7 @@ fn a_heap_of_logs_does_not_overlap() {
     }
     builder.shape_group("heap", shapes, &[], coulomb(0.4, 0.0)).unwrap();
     let mut run = run_by(&builder, 0.004, Method::Stepping);
-    for step in 0..400 {
+    for step in 0..250 {
         run.step().unwrap_or_else(|error| panic!("step {step}: {error}"));
     }
     let counts = run.state().contacts.counts;

@@ -201,6 +201,11 @@ impl Outline {
         }
     }
 
+    /// The same; `None` of an axis.
+    pub(super) fn beside(&self, k: u32) -> Option<[Vector3<f64>; 2]> {
+        (self.kind == Kind::Box).then(|| self.beside_edge(k))
+    }
+
     /// The outward normals of the faces beside an edge of a box.
     fn beside_edge(&self, k: u32) -> [Vector3<f64>; 2] {
         let axis = (k / 4) as usize;

@@ -24,6 +24,8 @@ const MAY_LEAN: f64 = 0.3;
 const TIE: f64 = 1e-11;
 /// Gaps that are the same, in parts of the sizes.
 const SAME: f64 = 1e-11;
+/// A product of two unit vectors that is more than rounding.
+const AWAY: f64 = 1e-9;
 /// Separations that are the same but for rounding, in parts of the sizes.
 const ROUNDING: f64 = 1e-14;
 /// A gap that is larger than the separation by more than this part of the sizes is another one.
@@ -51,6 +53,8 @@ struct Search<'a> {
     off: f64,
     /// A direction that separates as well up to ties, the first of such.
     normal: (f64, Vector3<f64>),
+    /// The smallest distance of points of both shapes.
+    distance: f64,
 }
 
 impl<'a> Search<'a> {
@@ -59,7 +63,8 @@ impl<'a> Search<'a> {
         let none = f64::NEG_INFINITY;
         let (tie, normal) = (TIE * (a.size() + b.size()), (none, Vector3::zeros()));
         let (shapes, off) = ([a, b], f64::INFINITY);
-        let mut search = Self { shapes, tie, most: (none, None), off, normal };
+        let (most, distance) = ((none, None), f64::INFINITY);
+        let mut search = Self { shapes, tie, most, off, normal, distance };
         for (of, shape) in [(false, a), (true, b)] {
             for k in 0..shape.kind.counts().faces {
                 let out = shape.face(k).normal;
@@ -99,14 +104,31 @@ impl<'a> Search<'a> {
             Parts::RimLine => {
                 let [first, second] = if feature.exchanged { [b, a] } else { [a, b] };
                 let (rim, bar) = (first.rim(feature.i), second.bar(feature.j));
+                let is_turned_away = second.beside(feature.j).is_some_and(|beside| {
+                    beside.iter().all(|out| out.dot(&rim.axis) > AWAY) // no cone holds both
+                });
+                if is_turned_away
+                    || self.is_farther(rim.at_least(&bar.line(), bar.half) - bar.radius)
+                {
+                    return;
+                }
                 let named = halves_of_rim(&rim, &bar);
-                for half in 1..3 {
+                for (half, touch) in (1..).zip(feature.halves([first, second])) {
                     let own = if named.contains(&half) { half } else { 0 };
-                    self.see(Feature { own: half, ..feature }.touch(a, b), own, feature);
+                    self.see(
+                        if feature.exchanged { touch.exchanged() } else { touch },
+                        own,
+                        feature,
+                    );
                 }
             }
             Parts::RimRim => {
                 let rims = [a.rim(feature.i), b.rim(feature.j)];
+                let [one, other] = rims;
+                let apart = (other.center - one.center).norm() - one.radius - other.radius;
+                if self.is_farther(apart) {
+                    return;
+                }
                 let (minima, count) = rims[0].on_rim(&rims[1]);
                 for closest in &minima[..count] {
                     let own = side_of_rims(&rims, closest);
@@ -117,7 +139,17 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// Whether parts at this distance at least cannot be the nearest ones: the points of a feature
+    /// are as far apart as the shapes are, or as far as these overlap.
+    fn is_farther(&self, distance: f64) -> bool {
+        distance > self.distance.max(-self.most.0) + self.tie
+    }
+
     fn see(&mut self, touch: Touch, own: u32, feature: Feature) {
+        let of_point = matches!(feature.parts, Parts::RimPoint | Parts::PointPoint);
+        if touch.is_inside || of_point {
+            self.distance = self.distance.min(touch.contact.gap.abs());
+        }
         let by = Separator::Feature(Feature { own, ..feature });
         self.take(touch.contact.normal, Some(touch.contact.gap), by);
     }

@@ -43,10 +43,10 @@ pub(super) enum Parts {
     FacePoint,
     LineLine,
     LinePoint,
-    RimLine,
     RimPoint,
-    RimRim,
     PointPoint,
+    RimLine,
+    RimRim,
 }
 
 const KINDS: [Parts; 8] = [
@@ -54,10 +54,10 @@ const KINDS: [Parts; 8] = [
     Parts::FacePoint,
     Parts::LineLine,
     Parts::LinePoint,
-    Parts::RimLine,
     Parts::RimPoint,
-    Parts::RimRim,
     Parts::PointPoint,
+    Parts::RimLine,
+    Parts::RimRim,
 ];
 
 /// A feature: part `i` of the first shape with part `j` of the other one.
@@ -160,6 +160,13 @@ pub(super) struct Touch {
     pub(super) cone: f64,
 }
 
+impl Touch {
+    /// The same with A and B exchanged.
+    pub(super) fn exchanged(self) -> Self {
+        Self { contact: self.contact.exchanged(), ..self }
+    }
+}
+
 /// Points of two shapes with the radii about them, and a direction from the first to the other one.
 struct Ends {
     x: [Vector3<f64>; 2],
@@ -201,11 +208,7 @@ impl Ends {
 impl Feature {
     /// Its contact in a configuration.
     pub(super) fn touch(&self, a: &Outline, b: &Outline) -> Touch {
-        if self.exchanged {
-            let touch = self.of([b, a]);
-            return Touch { contact: touch.contact.exchanged(), ..touch };
-        }
-        self.of([a, b])
+        if self.exchanged { self.of([b, a]).exchanged() } else { self.of([a, b]) }
     }
 
     /// The same, from the shape of the first part to the other one.
@@ -301,14 +304,17 @@ impl Feature {
     }
 
     fn rim_line(&self, [first, second]: [&Outline; 2]) -> Touch {
-        let (rim, bar) = (first.rim(self.i), second.bar(self.j));
         match self.own {
-            0 => self.closest_of_rim(&rim, &bar, second),
-            half => {
-                let closest = rim.on_line(&bar.line())[half as usize - 1];
-                self.rim_with_line(&rim, (&bar, second), &closest, &rim.axis)
-            }
+            0 => self.closest_of_rim(&first.rim(self.i), &second.bar(self.j), second),
+            half => self.halves([first, second])[half as usize - 1],
         }
+    }
+
+    /// The contacts of both halves of a rim with a line, from the shape of the rim to the other one.
+    pub(super) fn halves(&self, [first, second]: [&Outline; 2]) -> [Touch; 2] {
+        let (rim, bar) = (first.rim(self.i), second.bar(self.j));
+        rim.on_line(&bar.line())
+            .map(|closest| self.rim_with_line(&rim, (&bar, second), &closest, &rim.axis))
     }
 
     /// The closest point of a whole rim with a line.

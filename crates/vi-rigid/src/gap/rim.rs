@@ -71,6 +71,12 @@ const PLACES: u32 = 24;
 const MINIMA: usize = 8;
 
 impl Rim {
+    /// A distance that none of its points is nearer to a part of a line than.
+    pub(super) fn at_least(&self, line: &Line, half: f64) -> f64 {
+        let place = line.along.dot(&(self.center - line.point)).clamp(-half, half);
+        (line.point + line.along * place - self.center).norm() - self.radius
+    }
+
     /// The unit vector from the axis to a point; any one across it on the axis.
     pub(super) fn outward(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.across(&(x - self.center)).0
@@ -91,10 +97,6 @@ impl Rim {
     /// The point next to another one.
     pub(super) fn nearest(&self, x: &Vector3<f64>) -> Vector3<f64> {
         self.center + self.outward(x) * self.radius
-    }
-
-    pub(super) fn tangent(&self, x: &Vector3<f64>) -> Vector3<f64> {
-        self.axis.cross(&self.outward(x))
     }
 
     /// `k`: the cosine of the angle between a line and the axis, but for its sign.
@@ -130,14 +132,15 @@ impl Rim {
             let (sin, cos) = libm::sincos(angle);
             let (e, t) = (first * cos + second * sin, second * cos - first * sin);
             let x = self.center + e * self.radius;
-            (x, other.nearest(&x), e, t)
+            let others = other.outward(&x);
+            (x, other.center + others * other.radius, [e, t, others])
         };
         let slope = |angle: f64| {
-            let (x, y, e, t) = at(angle);
+            let (x, y, [e, t, others]) = at(angle);
             let (d, r, s) = (x - y, self.radius, other.radius);
-            let (own, others) = (r * r - r * d.dot(&e), s * s + s * d.dot(&other.outward(&y)));
-            let both = r * s * t.dot(&other.tangent(&y));
-            (r * d.dot(&t), own - both * both / others)
+            let both = r * s * t.dot(&other.axis.cross(&others));
+            let second = r * r - r * d.dot(&e) - both * both / (s * s + s * d.dot(&others));
+            (r * d.dot(&t), second)
         };
         let none = Closest { on_rim: at(0.0).0, on_other: at(0.0).1, is_least: false };
         let (mut found, mut count) = ([none; MINIMA], 0);
@@ -211,7 +214,8 @@ fn in_quadrant(radius: f64, square: f64, (z_u, turned): (f64, f64)) -> Option<f6
 /// `f`: its value and its slope.
 fn root(f: impl Fn(f64) -> (f64, f64), [mut low, mut high]: [f64; 2], start: f64) -> f64 {
     const MOST: usize = 100;
-    let mut x = start;
+    const SMALL: f64 = 1e-6;
+    let (mut x, mut last) = (start, f64::INFINITY);
     for _ in 0..MOST {
         let (value, slope) = f(x);
         if value < 0.0 {
@@ -222,11 +226,14 @@ fn root(f: impl Fn(f64) -> (f64, f64), [mut low, mut high]: [f64; 2], start: f64
             return x;
         }
         let to = x - value / slope;
-        let next = if slope > 0.0 && to > low && to < high { to } else { 0.5 * (low + high) };
-        if (next - x).abs() <= f64::EPSILON * x.abs() {
-            return next;
+        let is_newton = slope > 0.0 && to > low && to < high;
+        let next = if is_newton { to } else { 0.5 * (low + high) };
+        let step = (next - x).abs();
+        let is_rounding = is_newton && step < SMALL && step >= 0.5 * last;
+        if is_rounding || step <= 4.0 * f64::EPSILON * x.abs() {
+            return next; // steps that do not shrink any more are rounding
         }
-        x = next;
+        (x, last) = (next, if is_newton { step } else { f64::INFINITY });
     }
     x
 }
