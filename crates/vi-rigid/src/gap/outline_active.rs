@@ -5,7 +5,7 @@
 //! shapes that overlap part. A feature counts where its closest points are on its parts, its normal
 //! leans from `n*` by `n·n* ≥ 0.99` at least, and the cones of both parts hold it up to 0.14: so
 //! that a log rests on two points, a can on several of its rim, or where its rim crosses an edge.
-//! What lies nearly parallel along a line, at a sine of 0.03 or less, touches at its ends, and at a
+//! What lies nearly parallel along a line, at a sine of 0.003 or less, touches at its ends, and at a
 //! part of an axis where that is closer.
 
 use super::outline::{Kind, Outline, apart};
@@ -31,7 +31,7 @@ const ROUNDING: f64 = 1e-14;
 /// A gap that is larger than the separation by more than this part of the sizes is another one.
 const MISSED: f64 = 1e-13;
 /// Sine of the angle between axes below which a part of one of them takes the place of the line.
-const PARALLEL: f64 = 0.03;
+const PARALLEL: f64 = 0.003;
 /// By which part of an overlap a feature may overlap more.
 const DEEPER: f64 = 0.02;
 

@@ -9,7 +9,8 @@
 //! | rim – line, rim – rim | `n·(x_B − x_A) − R_B` of the closest points ([`rim`](super::rim)), `n` along `x_B − x_A` or `±t_A × t_B` |
 //!
 //! Lines go on beyond their ends, and faces beyond their edges: a gap is smooth as long as the
-//! feature is named. A line of steepness `k` above a half crosses a rim at most once. A flat one
+//! feature is named. The axis of A ends in two lines: beyond its ends the circle there counts. A
+//! line of steepness `k` above a half crosses a rim at most once. A flat one
 //! crosses it twice, a feature for each half of the rim. Where two axes are nearly parallel their
 //! closest points may jump along them within a step: a part of the axis of A takes the place of the
 //! line, with the point of that part next to the axis of B.
@@ -31,7 +32,9 @@ const TANGENT: f64 = 1e-3;
 const PARALLEL: f64 = 1e-18;
 /// Into how many parts an axis is divided; there is one more, half of it at each end.
 const AXIS_PARTS: u32 = 64;
-/// Of two lines: whole lines, then parts of that of A.
+/// Half of the length of a part, in that of the axis.
+const PART: f64 = 1.0 / AXIS_PARTS as f64;
+/// Of two lines: that of A as a whole, then parts of it.
 const OF_LINES: u32 = 2 + AXIS_PARTS;
 /// Steepness from which the closest point of a whole rim counts.
 const STEEP: f64 = 0.5;
@@ -252,13 +255,16 @@ impl Feature {
         let is_crossing = square > PARALLEL;
         let s = if is_crossing { (on_p - on_q * cosine) / square } else { 0.0 };
         let place = s / p.half;
-        if let Some(part) = self.own.checked_sub(1) {
-            let middle = 2.0 * f64::from(part) / f64::from(AXIS_PARTS) - 1.0;
-            let off = (place - middle) * f64::from(AXIS_PARTS); // within ±1 of the part
-            if !is_crossing || off.abs() > 1.0 {
-                let end = if is_crossing { 1.0_f64.copysign(off) } else { 0.0 };
-                return self.section(middle + end / f64::from(AXIS_PARTS), [first, second]);
-            }
+        // the middle of the part of the axis, and half of its length
+        let (middle, reach) = match self.own.checked_sub(1) {
+            Some(part) => (2.0 * f64::from(part) / f64::from(AXIS_PARTS) - 1.0, PART),
+            None => (0.0, 1.0),
+        };
+        let off = (place - middle) / reach;
+        if first.kind != Kind::Box && (!is_crossing || off.abs() > 1.0) {
+            let end = if is_crossing { reach.copysign(off) } else { 0.0 };
+            let touch = self.section(middle + end, [first, second]);
+            return Touch { is_inside: false, ..touch };
         }
         let x = p.middle + p.along * s;
         let ends = Ends {
@@ -288,7 +294,7 @@ impl Feature {
         let out = -second.out_of_line(self.j);
         let ends = Ends { x: [x, y], radii: [p.radius, q.radius], out };
         let contact = ends.along(ends.between());
-        Touch { contact, is_inside: true, cone: 0.0 }
+        Touch { contact, is_inside: false, cone: 0.0 }
     }
 
     fn line_point(&self, [first, second]: [&Outline; 2]) -> Touch {
