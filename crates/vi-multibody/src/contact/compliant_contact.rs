@@ -74,8 +74,8 @@ impl CompliantContact {
     /// could meet an edge.
     ///
     /// # Errors
-    /// [`NoGap`] of boxes and of corners with boxes, of cylinders on planes, and where there is no
-    /// formula.
+    /// [`NoGap`] of boxes, cylinders and capsules with edges that meet edges, of corners with
+    /// boxes, of cylinders on planes, and where there is no formula.
     pub fn new(
         frames: [FrameId; 2],
         [a, b]: [ContactShape; 2],

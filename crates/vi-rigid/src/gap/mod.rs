@@ -23,8 +23,8 @@
 //! | box – box | `box_box` | a corner and a face, or two edges |
 //! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
-//! Closed forms without iteration, but for the closest points of rims. [`Pair::active`] names the features that may touch. The gap of a
-//! pair does not depend on which shape is named first.
+//! Closed forms without iteration, but for the closest points of rims. [`Pair::active`] names the
+//! features that may touch. The gap of a pair does not depend on which shape is named first.
 
 pub mod cylinder_plane;
 pub mod ellipsoid_plane;
@@ -447,8 +447,8 @@ fn between<T: Number>(
 }
 
 /// The features that count in every configuration, of shapes without edges that meet edges: one of
-/// them has the smallest gap, and they are what a compliant contact feels. Not the ends of two capsules, and points of capsules and
-/// cylinders that are fixed in them.
+/// them has the smallest gap, and they are what a compliant contact feels. Not the ends of two
+/// capsules, and points of capsules and cylinders that are fixed in them.
 pub fn lasting(a: &ContactShape, b: &ContactShape) -> impl Iterator<Item = u32> + use<> {
     use ContactShape::{Capsule, Cylinder, Plane};
     let each = match (a, b) {

@@ -5,8 +5,8 @@
 //! shapes that overlap part. A feature counts where its closest points are on its parts, its normal
 //! leans from `n*` by `n·n* ≥ 0.99` at least, and the cones of both parts hold it up to 0.14: so
 //! that a log rests on two points, a can on several of its rim, or where its rim crosses an edge.
-//! What lies nearly parallel along a line, at a sine of 0.003 or less, touches at its ends, and at a
-//! part of an axis where that is closer.
+//! What lies nearly parallel along a line, at a sine of 0.003 or less, touches at its ends, and at
+//! a part of an axis where that is closer.
 
 use super::outline::{Kind, Outline, apart};
 use super::outline_pairs::{

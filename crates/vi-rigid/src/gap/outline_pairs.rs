@@ -316,7 +316,8 @@ impl Feature {
         }
     }
 
-    /// The contacts of both halves of a rim with a line, from the shape of the rim to the other one.
+    /// The contacts of both halves of a rim with a line, from the shape of the rim to the other
+    /// one.
     pub(super) fn halves(&self, [first, second]: [&Outline; 2]) -> [Touch; 2] {
         let (rim, bar) = (first.rim(self.i), second.bar(self.j));
         rim.on_line(&bar.line())

@@ -14,8 +14,9 @@
 //! D'(φ) = R_1 (x_1 − x_2)·t_1,   D''(φ) = F_11 − F_12²/F_22                x_2 next to x_1(φ)
 //! F_11 = R_1² − R_1 (x_1 − x_2)·e_1,  F_22 = R_2² − R_2 (x_2 − x_1)·e_2,  F_12 = −R_1 R_2 t_1·t_2
 //! ```
-//! with several minima: between two places with opposite signs of `D'`, of some around the rim and
-//! those where the cubic through `D'` and `D''` at two of them is largest or smallest. Newton's method between bounds ends at rounding errors.
+//! with several minima: each between two places with opposite signs of `D'`. Such places are some
+//! around the rim, and those where the cubic through `D'` and `D''` at two of them is largest or
+//! smallest. Newton's method between bounds ends at rounding errors.
 
 use super::solids::perpendicular;
 use nalgebra::Vector3;
