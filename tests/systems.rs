@@ -93,6 +93,7 @@ mod model {
     mod bushing_laws;
     mod contact_laws;
     mod contacts;
+    mod cylinder_contacts;
     mod events;
     mod events_with_contact;
     mod foreign_words;

@@ -394,10 +394,10 @@ fn boxes_and_cylinders_of_model_files_stand() {
         println!("moved by {moved:.1e}");
         assert!(rows.len() == 101 && moved < 1e-12, "{moved:e}");
     }
-    let drums = "type = \"cylinder\", dimensions = [0.1, 0.4]";
-    let two = changed(&pile, "type = \"sphere\", dimensions = [0.1]", drums);
+    let egg = "type = \"ellipsoid\", dimensions = [0.1, 0.1, 0.2]";
+    let two = changed(&pile, "type = \"sphere\", dimensions = [0.1]", egg);
     let found = said(&changed(&two, "0.0, 0.5]", "0.0, 0.6]"));
-    assert!(found.contains("a box (`low`) with a cylinder (`ball`) is not available"), "{found}");
+    assert!(found.contains("a box (`low`) with a ellipsoid (`ball`) is not available"), "{found}");
 }
 
 /// `events.csv` has the touches of a compliant contact, one for each bounce.

@@ -10,6 +10,7 @@ mod closing;
 mod compliant_contacts;
 mod contact_runs;
 mod control_points;
+mod cylinder_contacts;
 mod dense;
 mod design;
 mod ensemble;

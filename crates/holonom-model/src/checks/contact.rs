@@ -15,7 +15,7 @@ use crate::{Body, GROUND, Impact, Overlap, Shape};
 const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
-pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres and capsules touch one another and corners of meshes; boxes touch one another; spheres touch boxes and cylinders: state such shapes as `collision`";
+pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres, capsules, boxes and cylinders touch one another; corners of meshes touch spheres and capsules: state such shapes as `collision`";
 
 /// Shapes between which there is compliant contact, in words.
 const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";

@@ -2,13 +2,11 @@
 
 use holonom_model::GROUND;
 use std::sync::Arc;
-use vi_constraints::nonsmooth::Unilateral;
 use vi_core::Configuration;
 use vi_multibody::contact::compliant_contact::CompliantContact;
 use vi_multibody::contact::joint_stop::LOWER;
 use vi_multibody::contact::shape_contact::ShapeContact;
 use vi_multibody::contact::shape_group::ShapeGroup;
-use vi_rigid::gap::lasting;
 
 /// What an element with impulses is in the model.
 #[derive(Clone, Debug)]
@@ -84,13 +82,11 @@ impl ShapeElement {
     /// The smallest gap, m.
     #[must_use]
     pub fn gap(&self, at: Configuration<'_>) -> Option<f64> {
-        let (pair, gap): (_, Box<dyn Fn(u32) -> f64>) = match self {
-            Self::Rigid(own) => (&own.pair, Box::new(|feature| own.gap(feature, at))),
-            Self::Compliant(own) => (own.pair(), Box::new(|feature| own.gap(feature, at.q))),
-            Self::Group(own) => return own.smallest_gap(at),
-        };
-        let [a, b] = pair.shapes();
-        lasting(a, b).map(gap).min_by(f64::total_cmp)
+        match self {
+            Self::Rigid(own) => own.smallest_gap(at),
+            Self::Compliant(own) => own.smallest_gap(at.q),
+            Self::Group(own) => own.smallest_gap(at),
+        }
     }
 }
 

@@ -74,8 +74,8 @@ impl CompliantContact {
     /// could meet an edge.
     ///
     /// # Errors
-    /// [`NoGap`] of boxes and of corners with boxes, of cylinders on planes, and where there is no
-    /// formula.
+    /// [`NoGap`] of boxes, cylinders and capsules with edges that meet edges, of corners with
+    /// boxes, of cylinders on planes, and where there is no formula.
     pub fn new(
         frames: [FrameId; 2],
         [a, b]: [ContactShape; 2],
@@ -103,6 +103,13 @@ impl CompliantContact {
     #[must_use]
     pub fn gap(&self, feature: u32, q: &[f64]) -> f64 {
         self.at(feature, self.own(q, |_, x| x)).gap
+    }
+
+    /// The smallest of its gaps, m; `None` where the shapes have none.
+    #[must_use]
+    pub fn smallest_gap(&self, q: &[f64]) -> Option<f64> {
+        let [a, b] = self.pair.shapes();
+        lasting(a, b).map(|feature| self.gap(feature, q)).min_by(f64::total_cmp)
     }
 
     /// The features that touch.

@@ -7,7 +7,7 @@ use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_rigid::directors::FRAME;
 use vi_rigid::gap::{
-    ContactPoint, ContactShape, GROUND, Pair, contact, displacement, row, tangents,
+    ContactPoint, ContactShape, GROUND, Pair, contact, displacement, row, smallest_gap, tangents,
 };
 
 /// Two shapes that touch.
@@ -83,6 +83,14 @@ impl Touching<'_> {
 }
 
 impl ShapeContact {
+    /// The smallest of its gaps, m; `None` where the shapes have none.
+    #[must_use]
+    pub fn smallest_gap(&self, at: Configuration<'_>) -> Option<f64> {
+        let shapes = self.pair.shapes();
+        let [a, b] = [0, 1].map(|k| (shapes[k], frame(self.frames[k], at.q)));
+        smallest_gap(a, b)
+    }
+
     fn touching(&self, feature: u32) -> Touching<'_> {
         Touching { shapes: self.pair.shapes(), frames: self.frames, feature }
     }

@@ -14,7 +14,7 @@ use vi_constraints::nonsmooth::{ContactLaw, ContactPlace, ContactRows, Unilatera
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_rigid::directors::{center, director};
-use vi_rigid::gap::{ContactShape, NoGap, active, features, lasting};
+use vi_rigid::gap::{ContactShape, NoGap, active, features, smallest_gap};
 
 /// Boxes are wider than the motion by this part of the size.
 const MARGIN: f64 = 1e-6;
@@ -135,10 +135,12 @@ impl ShapeGroup {
     pub fn smallest_gap(&self, at: Configuration<'_>) -> Option<f64> {
         let count = self.shapes.len() as u32;
         let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| (a, b)));
-        let gaps = pairs.filter(|pair| self.may_touch(*pair)).flat_map(|(a, b)| {
-            let first = (a * count + b) * self.most;
-            let [one, other] = [a, b].map(|k| &self.shapes[k as usize].shape);
-            lasting(one, other).map(move |feature| self.gap(first + feature, at))
+        let gaps = pairs.filter(|pair| self.may_touch(*pair)).filter_map(|(a, b)| {
+            let [a, b] = [a, b].map(|k| {
+                let own = &self.shapes[k as usize];
+                (&own.shape, frame(own.frame, at.q))
+            });
+            smallest_gap(a, b)
         });
         gaps.min_by(f64::total_cmp)
     }

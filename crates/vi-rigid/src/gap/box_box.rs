@@ -40,7 +40,7 @@ const ALONG: f64 = 0.99;
 /// Sine of the angle below which edges count as parallel.
 const PARALLEL: f64 = 1e-6;
 
-fn side(bit: u32) -> f64 {
+pub(super) fn side(bit: u32) -> f64 {
     if bit & 1 == 1 { 1.0 } else { -1.0 }
 }
 
@@ -50,7 +50,7 @@ pub(super) fn corner<T: Number>((center, axes, half): &Place<T>, k: u32) -> Vect
 }
 
 /// Edge `k`: its middle and its half, along the axis `k/4`, at the sides by the two bits.
-fn edge((center, axes, half): &Place, k: u32) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn edge((center, axes, half): &Place, k: u32) -> (Vector3<f64>, Vector3<f64>) {
     let axis = (k / 4) as usize;
     let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
     let middle = center

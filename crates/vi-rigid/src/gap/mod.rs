@@ -21,9 +21,10 @@
 //! | points with a radius, sphere – box, cylinder | `solids` | a point |
 //! | points – box | `solids` | a point and a face |
 //! | box – box | `box_box` | a corner and a face, or two edges |
+//! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
-//! Closed forms without iteration. [`Pair::active`] names the features that may touch. The gap of a
-//! pair does not depend on which shape is named first.
+//! Closed forms without iteration, but for the closest points of rims. [`Pair::active`] names the
+//! features that may touch. The gap of a pair does not depend on which shape is named first.
 
 pub mod cylinder_plane;
 pub mod ellipsoid_plane;
@@ -32,6 +33,10 @@ pub mod segments;
 
 mod box_box;
 mod contact_point;
+mod outline;
+mod outline_active;
+mod outline_pairs;
+mod rim;
 mod solids;
 
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
@@ -39,6 +44,7 @@ pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
 use box_box::Place;
 use contact_point::{in_space, turned};
 use nalgebra::{Matrix3, Vector3};
+use outline::{Kind, Outline};
 use solids::Solid;
 use vi_core::Number;
 
@@ -165,7 +171,7 @@ impl ContactShape {
 /// There is no gap between two such shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the gap between {a} and {b} is not available: all shapes stand on planes; boxes touch boxes, spheres and capsules one another and points; spheres and points touch boxes, spheres cylinders"
+    "the gap between {a} and {b} is not available: all shapes stand on planes; boxes, cylinders, capsules and spheres touch one another; points touch boxes, spheres and capsules, with a radius cylinders"
 )]
 pub struct NoGap {
     /// One of them.
@@ -234,12 +240,15 @@ pub fn has_gap(a: &ContactShape, b: &ContactShape) -> bool {
 #[must_use]
 pub fn is_smooth(a: &ContactShape, b: &ContactShape) -> bool {
     use ContactShape::{Box, Cylinder, Plane, Points};
-    let edged = match (a, b) {
-        (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => true,
-        (Box { .. }, Box { .. }) => true,
-        (Box { .. }, Points { radius, .. }) | (Points { radius, .. }, Box { .. }) => *radius == 0.0,
-        _ => false,
-    };
+    let edged = outlined(a, b).is_some()
+        || match (a, b) {
+            (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => true,
+            (Box { .. }, Box { .. }) => true,
+            (Box { .. }, Points { radius, .. }) | (Points { radius, .. }, Box { .. }) => {
+                *radius == 0.0
+            }
+            _ => false,
+        };
     has_gap(a, b) && !edged
 }
 
@@ -284,9 +293,30 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
             1
         }
         (Box { .. }, Box { .. }) => box_box::FEATURES,
-        _ => return None,
+        _ => {
+            let (kinds, is_exchanged) = outlined(a, b)?;
+            return (!is_exchanged).then(|| outline_pairs::count(kinds[0], kinds[1]));
+        }
     };
     Some(count)
+}
+
+/// The kinds of two shapes that touch with faces, rims, lines and points, cylinders before capsules
+/// before boxes, and whether that is not their order.
+fn outlined(a: &ContactShape, b: &ContactShape) -> Option<([Kind; 2], bool)> {
+    let (a, b) = (Kind::of(a)?, Kind::of(b)?);
+    let is_other = a == b && a != Kind::Cylinder; // two boxes, two capsules
+    (!is_other).then(|| if a <= b { ([a, b], false) } else { ([b, a], true) })
+}
+
+/// Such shapes in space, in that order.
+fn outlines(
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+) -> Option<([Outline; 2], bool)> {
+    let (_, is_exchanged) = outlined(a, b)?;
+    let (a, b) = (Outline::in_space(a, frame_a)?, Outline::in_space(b, frame_b)?);
+    Some(if is_exchanged { ([b, a], true) } else { ([a, b], false) })
 }
 
 /// The contact of a feature of two shapes, each with its frame.
@@ -299,16 +329,58 @@ pub fn contact(
     (a, frame_a): (&ContactShape, &[f64]),
     (b, frame_b): (&ContactShape, &[f64]),
 ) -> ContactPoint {
-    match (a.place(frame_a), b.place(frame_b)) {
-        (Some(a), Some(b)) => box_box::contact(feature, &a, &b),
-        _ => smooth_contact(feature, (a, frame_a), (b, frame_b)),
+    if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
+        return box_box::contact(feature, &a, &b);
+    }
+    if let Some(([a, b], is_exchanged)) = outlines((a, frame_a), (b, frame_b)) {
+        let found = outline_pairs::contact(feature, &a, &b).expect("a feature of the pair");
+        return if is_exchanged { found.exchanged() } else { found };
+    }
+    smooth_contact(feature, (a, frame_a), (b, frame_b))
+}
+
+/// How far two shapes in their frames are apart, m: of shapes that overlap the smallest gap of
+/// their features, negative; `None` where they have none.
+///
+/// Of boxes, cylinders and capsules this is the distance, and of those that overlap the least way
+/// to part them.
+#[must_use]
+pub fn smallest_gap(
+    (a, frame_a): (&ContactShape, &[f64]),
+    (b, frame_b): (&ContactShape, &[f64]),
+) -> Option<f64> {
+    use ContactShape::{Box, Points};
+    let of_points =
+        |of: &ContactShape, frame: &[f64], (points, other): (&[Vector3<f64>], &[f64])| {
+            let solid = Solid::in_space(of, frame)?;
+            let gaps = points.iter().map(|point| solid.contact(&in_space(other, point), 0.0).gap);
+            gaps.min_by(f64::total_cmp)
+        };
+    match (a, b) {
+        (Box { .. }, Box { .. }) => {
+            let [a, b] = [(a, frame_a), (b, frame_b)].map(|(own, at)| Outline::in_space(own, at));
+            Some(outline_active::separation(&a?, &b?))
+        }
+        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
+            of_points(a, frame_a, (points, frame_b))
+        }
+        (Points { points, radius }, Box { .. }) if *radius == 0.0 => {
+            of_points(b, frame_b, (points, frame_a))
+        }
+        _ => match outlines((a, frame_a), (b, frame_b)) {
+            Some(([a, b], _)) => Some(outline_active::separation(&a, &b)),
+            None => {
+                let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
+                lasting(a, b).map(gap).min_by(f64::total_cmp)
+            }
+        },
     }
 }
 
-/// The same for any number type, of all pairs but two boxes.
+/// The same for any number type, of all pairs of shapes without edges that meet edges.
 ///
 /// # Panics
-/// Where they have no [`features`], and of two boxes.
+/// Where they have no [`features`], and of two boxes, and of cylinders, capsules and boxes.
 #[must_use]
 pub fn smooth_contact<T: Number>(
     feature: u32,
@@ -374,9 +446,9 @@ fn between<T: Number>(
     }
 }
 
-/// The features that count in every configuration: one of them has the smallest gap, and they are
-/// what a compliant contact feels. Not the ends of two capsules, and points of capsules and
-/// cylinders that are fixed in them.
+/// The features that count in every configuration, of shapes without edges that meet edges: one of
+/// them has the smallest gap, and they are what a compliant contact feels. Not the ends of two
+/// capsules, and points of capsules and cylinders that are fixed in them.
 pub fn lasting(a: &ContactShape, b: &ContactShape) -> impl Iterator<Item = u32> + use<> {
     use ContactShape::{Capsule, Cylinder, Plane};
     let each = match (a, b) {
@@ -419,6 +491,9 @@ pub fn active(
             points_on_box(b.place(frame_b), (points, frame_a), reach, out);
         }
         _ => {
+            if let Some(([a, b], _)) = outlines((a, frame_a), (b, frame_b)) {
+                return outline_active::active(&a, &b, reach, out);
+            }
             let found = (0..features(a, b)).map(|feature| (feature, gap(feature)));
             out.extend(found.filter(|(_, gap)| *gap <= reach));
         }
@@ -453,5 +528,7 @@ fn points_on_box(
     }
 }
 
+#[cfg(test)]
+mod cylinder_tests;
 #[cfg(test)]
 mod tests;

@@ -390,7 +390,7 @@ fn gaps_of_boxes_are_distances() {
         }
         let mut active = Vec::new();
         pair.active(&p, &q, f64::MAX, &mut active);
-        let distance = nearest(&pair, &p, &q);
+        let distance = nearest_of_boxes(&pair, &p, &q);
         let Some((feature, gap)) = active.iter().min_by(|a, b| a.1.total_cmp(&b.1)) else {
             continue; // a corner beside the face: the nearest features are a corner and an edge
         };
@@ -411,7 +411,7 @@ fn gaps_of_boxes_are_distances() {
 }
 
 /// The distance of two boxes, by projected steps.
-fn nearest(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
+pub(super) fn nearest_of_boxes(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
     let [a, b] = [(0, p), (1, q)].map(|(k, frame)| pair.shapes()[k].place(frame).unwrap());
     let clamp = |(center, axes, half): &Place, x: &Vector3<f64>| {
         let y = axes.tr_mul(&(x - center));
