@@ -337,6 +337,7 @@ impl GradientCase {
                     between: zero(&built.forces.springs[spring].between),
                     stiffness: 0.0,
                     natural_length: 0.0,
+                    damping: 0.0,
                 };
                 let own = to.springs.entry(spring).or_insert(none);
                 let case = &self.springs[spring];

@@ -19,7 +19,7 @@
 
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
-use crate::objective::{NodeCost, Objective, StepGradient};
+use crate::objective::{NodeCost, Objective, Seen, StepGradient};
 use crate::tape::{Taken, Tape};
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
 use vi_constraints::design::{Design, Place};
@@ -155,6 +155,7 @@ impl Gradient {
         let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
         let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as _;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
+        task.objective.follow(state, Seen::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
@@ -296,6 +297,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
             if let Some(nodes) = &mut nodes {
+                objective.follow(run.state(), Seen::Next);
                 found.value += nodes.step_to(objective, run.state());
             }
         }
@@ -329,6 +331,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
             if let Some(costs) = &mut costs {
+                objective.follow(run.state(), Seen::Next);
                 found.value += costs.step_to(objective, run.state());
             }
         }

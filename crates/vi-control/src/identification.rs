@@ -14,7 +14,7 @@
 
 use crate::controls::Controls;
 use crate::least_squares::{Refused, Residuals};
-use crate::objective::{Objective, Quantity};
+use crate::objective::{Objective, Quantity, Seen};
 use crate::sensitivities::{Beside, Direction, Growth, Sensitivities};
 use crate::terminal_rate::NodeQuantity;
 use nalgebra::DMatrix;
@@ -79,6 +79,14 @@ impl std::fmt::Debug for Measurable {
 }
 
 impl Measurable {
+    /// Takes note of a node, one after the other.
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        match self {
+            Self::Configuration(own) => own.follow(node, seen),
+            Self::Node(own) => own.follow(node, seen),
+        }
+    }
+
     /// The factors of `(y, ẏ)` or of `(–, y)` where `y` needs a velocity, as
     /// [`Reading::weights`].
     fn weights(&self, reading: Reading, s: f64, h: f64) -> [[f64; 2]; 2] {
@@ -390,12 +398,18 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let mut slope = vec![0.0; trial.run.state().q.len()];
         let mut of_v = slope.clone();
         let mut reached = 0;
+        let follow = |trial: &Trial, seen| {
+            let node = trial.run.state().configuration();
+            trial.quantities.iter().for_each(|own| own.follow(node, seen));
+        };
+        follow(&trial, Seen::First);
         for own in shares.chunk_by(|a, b| a.node == b.node) {
             for _ in reached..own[0].node {
                 let Trial { run, controls, design, .. } = &mut trial;
                 let design = design.as_deref();
                 let beside = Beside { controls, design, objective: &objective };
                 tangents.advance(run, beside).map_err(refused)?;
+                follow(&trial, Seen::Next);
             }
             reached = own[0].node;
             let of_rates = own.iter().any(|own| own.weights[1] != 0.0);

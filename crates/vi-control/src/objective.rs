@@ -67,6 +67,17 @@ pub trait Term: Send + Sync {
     }
     /// The same of the last node.
     fn add_parameters_of_end(&self, _end: &State, _scale: f64, _out: &mut [f64]) {}
+    /// Takes note of a node, one after the other, before it counts.
+    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+}
+
+/// Which node of a run is taken note of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seen {
+    /// The one where the run begins.
+    First,
+    /// The end of the next step.
+    Next,
 }
 
 /// A number that a configuration has.
@@ -85,6 +96,8 @@ pub trait Quantity: Send + Sync {
     fn rate_by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> f64 {
         0.0
     }
+    /// Takes note of a node, one after the other, where the number is continued along the motion.
+    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
 
 impl Quantity for JointCoordinate {
@@ -242,6 +255,9 @@ impl<Q: Quantity> Term for Terminal<Q> {
         let e = self.quantity.value(end.configuration()) - self.target;
         add_by_parameters(&self.quantity, end.configuration(), scale * e, out);
     }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.quantity.follow(node, seen);
+    }
 }
 
 /// A quantity of the last node itself.
@@ -260,6 +276,9 @@ impl<Q: Quantity> Term for Last<Q> {
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         add_by_parameters(&self.0, end.configuration(), scale, out);
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.0.follow(node, seen);
     }
 }
 
@@ -311,6 +330,12 @@ impl Objective {
     #[must_use]
     pub fn counts_nodes(&self) -> bool {
         !self.along.is_empty()
+    }
+
+    /// Takes note of a node of a run, one after the other, before it counts.
+    pub fn follow(&self, node: &State, seen: Seen) {
+        let all = self.terms.iter().chain(&self.along);
+        all.for_each(|(_, term)| term.follow(node.configuration(), seen));
     }
 
     /// `φ` of a node.

@@ -13,7 +13,7 @@
 
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, step_sources};
-use crate::objective::{Objective, StepGradient};
+use crate::objective::{Objective, Seen, StepGradient};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
@@ -142,6 +142,9 @@ impl Sensitivities {
         C: Constraints + 'static,
     {
         let step = self.step;
+        if step == 0 {
+            beside.objective.follow(run.state(), Seen::First);
+        }
         self.add_node(run.state(), beside.objective);
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
@@ -154,6 +157,7 @@ impl Sensitivities {
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         pushed?;
         self.step += 1;
+        beside.objective.follow(run.state(), Seen::Next);
         let t = run.state().t;
         self.add_node(run.state(), beside.objective);
         for (k, growth) in self.growth.iter_mut().enumerate().filter(|(k, _)| self.sizes[*k] > 0.0)

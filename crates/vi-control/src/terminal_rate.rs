@@ -7,7 +7,7 @@
 //! A rate along the path has no momentum of its own between the nodes of a step: it is no term of a
 //! sum over steps.
 
-use crate::objective::{Quantity, Term};
+use crate::objective::{Quantity, Seen, Term};
 use std::sync::{Mutex, PoisonError};
 use vi_core::linear::Singular;
 use vi_core::{Configuration, MechanicalSystem, SparseMatrix, State};
@@ -27,6 +27,8 @@ pub trait NodeQuantity: Send + Sync {
     fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> f64 {
         0.0
     }
+    /// Takes note of a node, one after the other, where the number is continued along the motion.
+    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
 
 impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
@@ -38,6 +40,9 @@ impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
         (**self).by_parameter(parameter, at, v)
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        (**self).follow(node, seen);
     }
 }
 
@@ -65,6 +70,9 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
         self.0.rate_by_parameter(parameter, at, v)
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.0.follow(node, seen);
     }
 }
 
@@ -159,5 +167,8 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
             }
             Ok(())
         });
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.quantity.follow(node, seen);
     }
 }

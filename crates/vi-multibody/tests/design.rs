@@ -330,7 +330,8 @@ fn tangents(
     }
     one("spring".into(), &mut |t| {
         let between = Form::vector(24, &Vector3::new(0.1, 0.4, -0.2));
-        t.springs.insert(0, SpringTangent { between, stiffness: 1.3, natural_length: 0.6 });
+        let (stiffness, natural_length, damping) = (1.3, 0.6, 0.0);
+        t.springs.insert(0, SpringTangent { between, stiffness, natural_length, damping });
     });
     let mut of_element = |element, name: String, tangent| list.push((name, tangent, Some(element)));
     for (k, spring) in forces.joint_springs.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Springs, dampers, motors and loads by a parameter.
 
-use super::{Chain, eps, refused};
+use super::{Chain, ModelTangent, eps, refused};
 use holonom_model::{
     Control, Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring,
 };
@@ -20,12 +20,13 @@ use crate::system::time_function::{Path, TimeFunctions};
 
 impl Chain<'_> {
     /// Everything that acts.
-    pub(super) fn forces(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+    pub(super) fn forces(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
+        for k in 0..self.stated.joints.len() {
+            self.drives(k, found)?;
+        }
+        let out = &mut found.numbers;
         for (k, spring) in self.stated.springs.iter().enumerate() {
             self.spring(k, spring, out);
-        }
-        for k in 0..self.stated.joints.len() {
-            self.drives(k, out)?;
         }
         for load in &self.stated.loads {
             match load.beam {
@@ -69,10 +70,10 @@ impl Chain<'_> {
             (None, None) => distance(),
         };
         let still = change.terms().is_empty() && change.constant_part().amax() == 0.0;
-        if !still || stiffness.eps != 0.0 || natural.eps != 0.0 {
+        if !still || [stiffness, natural, damping].iter().any(|own| own.eps != 0.0) {
             let (stiffness, natural_length) = (stiffness.eps, natural.eps);
-            let between = change.clone();
-            out.springs.insert(k, SpringTangent { between, stiffness, natural_length });
+            let (between, damping) = (change.clone(), damping.eps);
+            out.springs.insert(k, SpringTangent { between, stiffness, natural_length, damping });
         }
         if damping.eps != 0.0 || (!still && damping.re != 0.0) {
             let between: &Form = &self.system.dynamics.forces.springs[k].between;
@@ -81,12 +82,13 @@ impl Chain<'_> {
     }
 
     /// Spring, damper and motor of a joint.
-    fn drives(&self, k: usize, out: &mut MechanismTangent) -> Result<(), ModelError> {
+    fn drives(&self, k: usize, out: &mut ModelTangent) -> Result<(), ModelError> {
         let joint = &self.stated.joints[k];
         let key = format!("joint.{}", joint.name);
         let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
-        let mut add = |freedom, by: EffortTangent| {
-            out.efforts.push(EffortChange { joint: k, freedom, by });
+        let mut add = |part, freedom, by: EffortTangent| {
+            out.drives.push((k, part, by.clone()));
+            out.numbers.efforts.push(EffortChange { joint: k, freedom, by });
         };
         if let Some(own) = joint.spring.as_ref().filter(|own| own.table.is_none()) {
             let stiffness = number("spring.stiffness", own.stiffness);
@@ -95,17 +97,17 @@ impl Chain<'_> {
                 let by = [stiffness.eps, rest.eps];
                 let change =
                     EffortChange::of_spring((k, own.freedom), [own.stiffness, own.rest], by);
-                add(own.freedom, change.by);
+                add("spring", own.freedom, change.by);
             }
         }
         if let Some(own) = &joint.damper {
             let slope = number("damper.damping", own.damping).eps;
             if slope != 0.0 {
-                add(own.freedom, Arc::new(move |_, _, rate| -slope * rate));
+                add("damper", own.freedom, Arc::new(move |_, _, rate| -slope * rate));
             }
         }
         if let Some(own) = &joint.motor {
-            self.motor(&key, own, &mut add)?;
+            self.motor(&key, own, &mut |freedom, by| add("motor", freedom, by))?;
         }
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! A force whose expressions are replaced by their derivatives is the derivative of the force: all
 //! of them act in it linearly. Signals that are values count as what they stand for.
 
-use super::{Chain, LEAVE_OUT, refused};
+use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
@@ -148,7 +148,7 @@ fn replace<'f>(
 
 impl Chain<'_> {
     /// Forces of which an expression changes.
-    pub(super) fn expressions(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+    pub(super) fn expressions(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         if self.formulas.is_empty() && self.model.bushings.is_empty() {
             return Ok(());
         }
@@ -191,7 +191,13 @@ impl Chain<'_> {
             refused("law", what, LEAVE_OUT)
         })?;
         self.same(&system.mechanism)?;
-        self.take(&system.dynamics.forces, &changed, out)
+        let forces = &system.dynamics.forces;
+        for name in &changed {
+            let ForceElements { bushings, forces, .. } = forces.only(name);
+            found.acting.bushings.extend(bushings);
+            found.acting.forces.extend(forces);
+        }
+        self.take(forces, &changed, &mut found.numbers)
     }
 
     /// Replaces the numbers and expressions of a bushing by their derivatives; whether one changes.

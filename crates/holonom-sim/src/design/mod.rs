@@ -27,12 +27,13 @@ use holonom_model::{
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
 use vi_core::num_dual::Dual64;
-use vi_multibody::design::MechanismTangent;
+use vi_multibody::builder::ForceElements;
+use vi_multibody::design::{EffortTangent, MechanismTangent};
 use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
 
 /// How a model changes with one of its parameters.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 pub struct ModelTangent {
     /// The parameter.
     pub name: String,
@@ -52,6 +53,17 @@ pub struct ModelTangent {
     pub sensors: BTreeMap<String, Form>,
     /// Derivatives of the values of sensors that are expressions, by the name of the sensor.
     pub expressions: BTreeMap<String, Formula>,
+    /// Efforts of the elements of joints: joint, which element, derivative.
+    pub drives: Vec<(usize, &'static str, EffortTangent)>,
+    /// Laws and bushings that change, their expressions replaced by derivatives.
+    pub acting: ForceElements,
+}
+
+impl std::fmt::Debug for ModelTangent {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut shown = f.debug_struct("ModelTangent");
+        shown.field("name", &self.name).field("numbers", &self.numbers).finish_non_exhaustive()
+    }
 }
 
 /// What is done about a parameter by which there is no derivative.
@@ -195,9 +207,9 @@ impl Chain<'_> {
         self.joints(&mut found)?;
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
-        self.forces(&mut found.numbers)?;
+        self.forces(&mut found)?;
         self.beams(&mut found.numbers)?;
-        self.expressions(&mut found.numbers)?;
+        self.expressions(&mut found)?;
         self.sensors(&mut found);
         self.fixed_in_space()?;
         Ok(found)

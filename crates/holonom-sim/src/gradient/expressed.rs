@@ -5,16 +5,17 @@
 //! ```
 //! `e_θ` is an expression of its own, of what `e` reads.
 
+use super::acting;
 use super::quantity::{Measured, Sensed, spin};
 use crate::design::{ModelTangent, refused};
 use crate::sensor::observed;
+use crate::system::System;
 use holonom_model::expression::Program;
 use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
 use vi_control::identification::Reading as Rate;
-use vi_control::objective::Quantity;
+use vi_control::objective::{Quantity, Seen};
 use vi_control::terminal_rate::{NodeQuantity, RateOf};
 use vi_core::Configuration;
-use vi_multibody::mechanism::Mechanism;
 
 /// An expression with what it reads.
 struct Evaluated {
@@ -40,6 +41,9 @@ impl NodeQuantity for ValueOf {
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>, _v: &[f64]) -> f64 {
         self.0.by_parameter(parameter, at)
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.0.follow(node, seen);
     }
 }
 
@@ -80,6 +84,10 @@ impl NodeQuantity for Expressed {
         let stated = self.by.get(parameter).and_then(Option::as_ref);
         moved + stated.map_or(0.0, |own| own.value(at, v))
     }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        let all = std::iter::once(&self.own).chain(self.by.iter().flatten());
+        all.flat_map(|own| &own.inputs).for_each(|input| input.follow(node, seen));
+    }
 }
 
 /// What a sensor reads where it is an expression: sensors of the model, and of what names mean.
@@ -114,19 +122,26 @@ impl Shown {
     /// [`ModelError`] of a sensor that has no derivative.
     pub(crate) fn of(
         model: &Model,
-        mechanism: &mut Mechanism,
+        system: &mut System,
         key: &str,
         of: (&Sensor, Option<&str>),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
         let (sensor, _) = of;
-        if let Some(spin) = spin(model, mechanism, key, of)? {
+        if let Some(spin) = spin(model, &system.mechanism, key, of)? {
             return Ok(Self::Node(Box::new(spin)));
         }
         if let Some(own) = observed(model, sensor) {
-            let own = Expressed::new(model, mechanism, key, (sensor, own), tangents)?;
+            let own = Expressed::new(model, system, key, (sensor, own), tangents)?;
             return Ok(Self::Node(Box::new(own)));
         }
+        if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
+            return Ok(Self::Node(own));
+        }
+        if let Some(own) = Measured::orientation(model, system, key, of)? {
+            return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
+        }
+        let mechanism = &mut system.mechanism;
         let (measured, rate) = Measured::of_sensor(model, mechanism, key, of)?;
         let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
         Ok(Self::Configuration(sensed, rate))
@@ -138,12 +153,12 @@ impl Expressed {
     /// [`ModelError`] where it reads what has no derivative.
     fn new(
         model: &Model,
-        mechanism: &mut Mechanism,
+        system: &mut System,
         key: &str,
         (sensor, own): (&Sensor, Observed),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        let own = evaluated(model, mechanism, key, own, tangents)?;
+        let own = evaluated(model, system, key, own, tangents)?;
         let mut by = Vec::new();
         for tangent in tangents {
             by.push(match tangent.expressions.get(&sensor.name) {
@@ -151,7 +166,7 @@ impl Expressed {
                 Some(slope) => {
                     let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
                     let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
-                    Some(evaluated(model, mechanism, key, slope, tangents)?)
+                    Some(evaluated(model, system, key, slope, tangents)?)
                 }
             });
         }
@@ -161,7 +176,7 @@ impl Expressed {
 
 fn evaluated(
     model: &Model,
-    mechanism: &mut Mechanism,
+    system: &mut System,
     key: &str,
     observed: Observed,
     tangents: &[ModelTangent],
@@ -181,7 +196,7 @@ fn evaluated(
             Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        inputs.push(match Shown::of(model, mechanism, key, of, tangents)? {
+        inputs.push(match Shown::of(model, system, key, of, tangents)? {
             Shown::Configuration(own, Rate::Value) => Box::new(ValueOf(own)),
             Shown::Configuration(own, Rate::Rate) => Box::new(RateOf(own)),
             Shown::Node(own) => own,

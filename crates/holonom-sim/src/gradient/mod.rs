@@ -6,6 +6,7 @@
 //! ```
 //! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
 
+mod acting;
 #[cfg(test)]
 mod beam_models;
 #[cfg(test)]
@@ -15,8 +16,13 @@ mod expressed;
 #[cfg(test)]
 mod expression_tests;
 #[cfg(test)]
+mod force_models;
+#[cfg(test)]
+mod force_tests;
+#[cfg(test)]
 mod galerkin_tests;
 mod objective;
+mod orientation;
 pub(crate) mod prepared;
 pub(crate) mod quantity;
 #[cfg(test)]
@@ -403,7 +409,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
     let costs: Result<Vec<Costs>, ModelError> = names
         .iter()
         .map(|name| {
-            let parts = (&mut prepared.system.mechanism, &*prepared.simulation.integrator());
+            let parts = (&mut prepared.system, &*prepared.simulation.integrator());
             Costs::new(model, parts, std::slice::from_ref(*name), &[])
         })
         .collect();

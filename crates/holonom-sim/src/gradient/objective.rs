@@ -3,6 +3,7 @@
 use super::expressed::Shown;
 use super::quantity::named;
 use crate::design::{ModelTangent, refused};
+use crate::system::System;
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
@@ -11,7 +12,6 @@ use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
 /// A cost, with what is no matter of the motion.
@@ -54,7 +54,7 @@ impl Costs {
     /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
-        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
+        (system, run): (&mut System, &MechanismIntegrator),
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
@@ -68,7 +68,7 @@ impl Costs {
         let mut costs = Self { sum: Objective::new(), of_rates: Vec::new() };
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
-            costs.add(model, (mechanism, run), own, tangents)?;
+            costs.add(model, (system, run), own, tangents)?;
         }
         Ok(costs)
     }
@@ -76,7 +76,7 @@ impl Costs {
     fn add(
         &mut self,
         model: &Model,
-        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
+        (system, run): (&mut System, &MechanismIntegrator),
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
@@ -99,19 +99,19 @@ impl Costs {
                     };
                     let joint = model.joints.iter().position(|joint| joint.name == *name);
                     let found =
-                        joint.and_then(|joint| mechanism.coordinate(joint, control.freedom));
+                        joint.and_then(|joint| system.mechanism.coordinate(joint, control.freedom));
                     coordinates.extend(found.map(|found| (k, found)));
                 }
                 let moved = |tangent: &ModelTangent| {
                     let of = |(k, own): &(usize, JointCoordinate)| {
-                        Some((*k, MovedCoordinate::of(mechanism, &tangent.numbers, own)?))
+                        Some((*k, MovedCoordinate::of(&system.mechanism, &tangent.numbers, own)?))
                     };
                     coordinates.iter().filter_map(of).collect()
                 };
                 let moved = tangents.iter().map(moved).collect();
                 self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
             }
-            ObjectiveKind::Sensor => self.add_sensor(model, (mechanism, run), own, tangents)?,
+            ObjectiveKind::Sensor => self.add_sensor(model, (system, run), own, tangents)?,
         }
         Ok(())
     }
@@ -119,20 +119,25 @@ impl Costs {
     fn add_sensor(
         &mut self,
         model: &Model,
-        (mechanism, run): (&mut Mechanism, &MechanismIntegrator),
+        (system, run): (&mut System, &MechanismIntegrator),
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
         let of = named(model, &key, text)?;
-        let (quantity, reading) = match Shown::of(model, mechanism, &key, of, tangents)? {
+        let (quantity, reading) = match Shown::of(model, system, &key, of, tangents)? {
             Shown::Node(number) => return self.add_rate(own, number, run, tangents),
             Shown::Configuration(quantity, reading) => (quantity, reading),
         };
         let target = own.target;
         let term: Box<dyn Term> = match (reading, own.at) {
             (Reading::Rate, _) => return self.add_rate(own, RateOf(quantity), run, tangents),
+            (Reading::Value, CountedAt::Path) if quantity.is_continued() => {
+                let term = Terminal { quantity, target };
+                self.sum.add_along(own.weight, Box::new(term));
+                return Ok(());
+            }
             (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, target }),
             (Reading::Value, CountedAt::Path) => Box::new(Running { quantity, target }),
         };

@@ -15,7 +15,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
-use vi_control::objective::NodeCost;
+use vi_control::objective::{NodeCost, Seen};
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -86,7 +86,7 @@ impl Prepared {
         }
         let controls = Controls::new(forces, rows, 1);
         let mut simulation = Simulation::beginning_at(model, &outside, t)?;
-        let parts = (&mut system.mechanism, &*simulation.integrator());
+        let parts = (&mut system, &*simulation.integrator());
         let costs = Costs::new(model, parts, of, &[])?;
         Ok(Self { simulation, system, controls, costs, outside, steps })
     }
@@ -98,7 +98,7 @@ impl Prepared {
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let parts = (&mut self.system.mechanism, &*self.simulation.integrator());
+        let parts = (&mut self.system, &*self.simulation.integrator());
         self.costs = Costs::new(model, parts, of, tangents)?;
         Ok(())
     }
@@ -157,6 +157,7 @@ fn values_along(
     let h = simulation.settings.step;
     let run = simulation.integrator();
     let mut values = vec![0.0; costs.len()];
+    costs.iter().for_each(|own| own.sum.follow(run.state(), Seen::First));
     let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
     let mut nodes: Vec<NodeCost> = begin.collect();
     for step in 0..steps {
@@ -171,6 +172,7 @@ fn values_along(
         taken
             .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
         for ((value, own), nodes) in values.iter_mut().zip(costs).zip(&mut nodes) {
+            own.sum.follow(run.state(), Seen::Next);
             *value += nodes.step_to(&own.sum, run.state());
         }
     }
@@ -181,11 +183,14 @@ fn values_along(
     Ok(values)
 }
 
-/// The joint coordinates that sensors show, with their revolutions.
+/// The joint coordinates that sensors show, or along which they show efforts, with their
+/// revolutions.
 fn counted(model: &Model) -> Vec<(String, usize)> {
     let inner = model.sensors.iter().flat_map(|own| sensors_read(model, &own.name));
     let all = model.sensors.iter().cloned().chain(inner);
-    let shown = all.filter(|own| own.kind == SensorKind::JointCoordinate);
+    let shown = all.filter(|own| {
+        matches!(own.kind, SensorKind::JointCoordinate | SensorKind::Effort | SensorKind::Power)
+    });
     let all = shown.flat_map(|own| {
         let count = model.joint(&own.of).map_or(0, |joint| joint.pair().coordinate_count());
         (0..count).map(move |freedom| (own.of.clone(), freedom))

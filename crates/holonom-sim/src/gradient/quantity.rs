@@ -1,10 +1,13 @@
 //! What a sensor measures as a function of the configuration, with its derivative.
 
+use super::orientation::Turned;
 use crate::design::{ModelTangent, refused};
+use crate::sensor::{Column, columns_of};
+use crate::system::System;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
 use vi_control::identification::Reading;
-use vi_control::objective::{PointComponent, Quantity};
+use vi_control::objective::{PointComponent, Quantity, Seen};
 use vi_core::Configuration;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::form::{Form, Row};
@@ -31,6 +34,8 @@ pub(crate) enum Measured {
         /// What it is.
         coordinate: Box<JointCoordinate>,
     },
+    /// A number of the quaternion of an orientation.
+    Orientation(Box<Turned>),
 }
 
 impl Quantity for Measured {
@@ -40,6 +45,7 @@ impl Quantity for Measured {
             Self::Seen(own) => Quantity::value(own, at),
             Self::Distance(between) => between.at(at.q).norm(),
             Self::Joint { coordinate, .. } => coordinate.at(at),
+            Self::Orientation(own) => own.value(at),
         }
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
@@ -51,6 +57,7 @@ impl Quantity for Measured {
                 between.add_transposed(&(scale / line.norm() * line), out);
             }
             Self::Joint { coordinate, .. } => coordinate.add_slope(at, scale, out),
+            Self::Orientation(own) => own.add_slope(at, scale, out),
         }
     }
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
@@ -64,6 +71,12 @@ impl Quantity for Measured {
                 (v.dot(&w) - along.dot(&v) * along.dot(&w)) / length
             }
             Self::Joint { coordinate, .. } => coordinate.second(at.q, v, w),
+            Self::Orientation(own) => own.second(at, v, w),
+        }
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        if let Self::Orientation(own) = self {
+            own.follow(node, seen);
         }
     }
 }
@@ -89,6 +102,21 @@ impl Measured {
                 Err(refused(key, what, help))
             }
         }
+    }
+
+    /// The number of a quaternion that a sensor shows; `None` where it measures another number.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it names none of its numbers.
+    pub(crate) fn orientation(
+        model: &Model,
+        system: &System,
+        key: &str,
+        (sensor, part): (&Sensor, Option<&str>),
+    ) -> Result<Option<Self>, ModelError> {
+        let Some(attitude) = system.sensors.attitude(&sensor.name) else { return Ok(None) };
+        let part = number_of(model, key, (sensor, part))?;
+        Ok(Some(Self::Orientation(Box::new(Turned::new(attitude.clone(), part)))))
     }
 
     /// A coordinate of a joint; `None` where it has none.
@@ -143,7 +171,7 @@ impl Measured {
                     refused(key, what, help)
                 })
             }
-            _ => Err(no_derivative(key, name)),
+            _ => Err(no_derivative(key, sensor)),
         };
         Ok((own?, shown(sensor)))
     }
@@ -160,6 +188,30 @@ fn component(
     axis.filter(|axis| *axis < dimension).ok_or_else(|| {
         let what = format!("the sensor `{name}`, which is several numbers");
         refused(key, what, "write one of them, such as \"NAME.z\"")
+    })
+}
+
+/// Which of the columns of a sensor is meant.
+///
+/// # Errors
+/// [`ModelError`] where that is none, or a flag.
+pub(crate) fn number_of(
+    model: &Model,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+) -> Result<usize, ModelError> {
+    let columns = columns_of(model, sensor);
+    let named = |part: &str| columns.iter().position(|own| own.part == part);
+    let found = match part {
+        None => (columns.len() == 1).then_some(0),
+        Some(part) => named(part).or_else(|| part.parse().ok()),
+    };
+    let found = found.filter(|k| columns.get(*k).is_some_and(|own| !own.is_flag()));
+    found.ok_or_else(|| {
+        let numbers = columns.iter().filter(|own| !own.is_flag()).map(Column::name);
+        let what = format!("the sensor `{}`, which is several numbers", sensor.name);
+        let help = format!("write one of them: {}", numbers.collect::<Vec<_>>().join(", "));
+        refused(key, what, help)
     })
 }
 
@@ -218,11 +270,28 @@ pub(crate) fn spin(
 }
 
 /// The refusal of a sensor.
-fn no_derivative(key: &str, text: &str) -> ModelError {
-    let (name, _) = split(text);
-    let what = format!("the derivative of the sensor `{name}`");
-    let help = "take a position, a distance of points, a joint coordinate, one of their rates, an \
-                angular velocity, or an expression of these";
+pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
+    let what = format!("the derivative of the sensor `{}`", sensor.name);
+    let help = match sensor.kind {
+        SensorKind::JointAcceleration => "take the rate of the joint at two times",
+        SensorKind::Power => {
+            "take the effort and a rate, and multiply them in a sensor of type \"expression\""
+        }
+        SensorKind::Work => "take the power along the path, or the efforts of controls",
+        SensorKind::SectionForce | SensorKind::Strain => {
+            "take positions or orientations of the nodes of the beam"
+        }
+        SensorKind::Gap
+        | SensorKind::Clearance
+        | SensorKind::ContactForce
+        | SensorKind::StopForce
+        | SensorKind::FrictionTorque
+        | SensorKind::Slip => "take a distance of points, or a joint coordinate",
+        _ => {
+            "take a position, an orientation, a distance of points, a joint coordinate, one of \
+             their rates, an angular velocity, an effort, or an expression of these"
+        }
+    };
     refused(key, what, help)
 }
 
@@ -277,6 +346,22 @@ enum Change {
 }
 
 impl Sensed {
+    /// What no parameter changes at a configuration.
+    pub(crate) fn still(of: Measured) -> Self {
+        Self { of, by: Vec::new() }
+    }
+
+    /// The distance along `D`, which parameters change so.
+    pub(crate) fn between(of: Form, changes: impl Iterator<Item = Option<Form>>) -> Self {
+        let by = changes.map(|own| own.map_or(Change::None, Change::Form)).collect();
+        Self { of: Measured::Distance(of), by }
+    }
+
+    /// Whether it is continued along a motion: it has a value at nodes alone.
+    pub(crate) fn is_continued(&self) -> bool {
+        matches!(self.of, Measured::Orientation(_))
+    }
+
     /// Of a sensor, by its name or that of one of its numbers.
     pub(crate) fn new(
         of: Measured,
@@ -306,6 +391,9 @@ impl Quantity for Sensed {
     }
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
         self.of.second(at, v, w)
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.of.follow(node, seen);
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>) -> f64 {
         match (self.by.get(parameter), &self.of) {

@@ -176,9 +176,8 @@ impl ModelTrials<'_> {
         let design = prepared::design(&prepared, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();
         for SensorRead { key, sensor } in &self.reads {
-            let mechanism = &mut prepared.system.mechanism;
             let of = named(&model, key, sensor)?;
-            quantities.push(match Shown::of(&model, mechanism, key, of, &tangents)? {
+            quantities.push(match Shown::of(&model, &mut prepared.system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
                 Shown::Node(own) => Measurable::Node(own),
             });

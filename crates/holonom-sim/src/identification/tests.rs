@@ -261,6 +261,17 @@ fn with_gyros() -> String {
     FLYING.replace("[identify]", &text)
 }
 
+/// The same where the effort of the spring is measured, and the orientation of the box.
+fn with_efforts() -> String {
+    let sensors = "[[sensor]]\nname = \"pull\"\ntype = \"effort\"\nof = \"tie\"\n\
+                   [[sensor]]\nname = \"attitude\"\ntype = \"orientation\"\nof = \"box\"\n\
+                   [[measurement]]\nsensor = \"pull\"\nsigma = 0.3\n\
+                   [[measurement]]\nsensor = \"attitude.w\"\nsigma = 0.01\n[identify]";
+    let start = FLYING.find("[[measurement]]\nsensor = \"apart\"").unwrap();
+    let end = FLYING.find("[[measurement]]\nsensor = \"place.x\"").unwrap();
+    format!("{}{}", &FLYING[..start], &FLYING[end..]).replace("[identify]", sensors)
+}
+
 /// What is added to coordinate and rate of the joint whose start is unknown.
 const RELEASE: [f64; 2] = [0.2, 0.7];
 
@@ -323,7 +334,7 @@ fn by_galerkin(text: &str) -> String {
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &arm, &linkage] {
+    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &arm, &linkage] {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -342,7 +353,7 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 #[test]
 fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &arm, &linkage] {
+    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &arm, &linkage] {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {

@@ -3,7 +3,7 @@
 use super::node::node;
 use crate::design::refused;
 use crate::gradient::prepared::unit_load;
-use crate::gradient::quantity::Measured;
+use crate::gradient::quantity::{Measured, named, no_derivative};
 use crate::system::System;
 use crate::system::input::Input;
 use holonom_model::{
@@ -118,6 +118,9 @@ impl Reader<'_> {
             }
             Measured::Seen(own) => (Quantity::Product(own.clone()), false),
             Measured::Distance(between) => (Quantity::Product(Row::distance(between, 0.0)), true),
+            Measured::Orientation(_) => {
+                return Err(no_derivative(key, named(self.model, key, sensor)?.0));
+            }
             Measured::Joint { joint, freedom, .. } => {
                 let start = own.value(Configuration::new(self.t, self.q));
                 let Some(unknown) = self.unknown(*joint, *freedom) else {

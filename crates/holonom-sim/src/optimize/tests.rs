@@ -112,29 +112,45 @@ fn rates_are_what_a_run_shows() {
     ];
     for (sensor, wanted) in cases {
         let bound = if wanted < -1.0 { "min" } else { "equals" }; // far away: read alone
-        let text = format!(
-            "{PENDULUM}{sensors}[[condition]]\nname = \"fast\"\nsensor = \"{sensor}\"\n{bound} = {wanted:?}\nat = 0.5\n\
-             [[objective]]\nname = \"calm\"\ntype = \"sensor\"\nsensor = \"{sensor}\"\nat = \"path\"\n\
-             [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
-        );
-        let found = found(&text, &[]).unwrap();
-        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
-        let columns = crate::sensor::columns(&found.model);
-        let place = columns.iter().position(|own| own.name() == sensor).unwrap();
-        let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
-        let mut shown = vec![run.observe().unwrap().sensors[place]];
-        for _ in 0..found.model.settings.steps() {
-            run.step_on().unwrap();
-            shown.push(run.observe().unwrap().sensors[place]);
-        }
-        let squares =
-            shown.windows(2).map(|pair| 0.25 * 0.005 * (pair[0].powi(2) + pair[1].powi(2)));
-        let (cost, own) = (squares.sum::<f64>(), found.report.terms[0].value);
-        println!("{sensor}: {} for {wanted}, cost {own} for {cost}", shown[100]);
-        let read = found.report.conditions[0].value;
-        assert!((shown[100] - read).abs() < 1e-9, "{sensor}: {read} for {}", shown[100]);
-        assert!(wanted < -1.0 || (read - wanted).abs() < 1e-9, "{sensor}: {read}");
-        assert!((cost - own).abs() < 1e-9 * cost, "{sensor}: {own} for {cost}");
+        compare_with_run(sensors, sensor, (bound, wanted));
+    }
+}
+
+/// Asks for a sensor at the time 0.5 and for a small one along the path: what is met and what it
+/// costs are what the run of the result shows.
+fn compare_with_run(more: &str, sensor: &str, (bound, wanted): (&str, f64)) {
+    let text = format!(
+        "{PENDULUM}{more}[[condition]]\nname = \"fast\"\nsensor = \"{sensor}\"\n{bound} = {wanted:?}\nat = 0.5\n\
+         [[objective]]\nname = \"calm\"\ntype = \"sensor\"\nsensor = \"{sensor}\"\nat = \"path\"\n\
+         [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+    );
+    let found = found(&text, &[]).unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    let columns = crate::sensor::columns(&found.model);
+    let place = columns.iter().position(|own| own.name() == sensor).unwrap();
+    let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
+    let samples = run.samples().map(|sample| sample.unwrap().sensors[place]);
+    let shown: Vec<f64> = samples.collect();
+    let squares = shown.windows(2).map(|pair| 0.25 * 0.005 * (pair[0].powi(2) + pair[1].powi(2)));
+    let (cost, own) = (squares.sum::<f64>(), found.report.terms[0].value);
+    println!("{sensor}: {} for {wanted}, cost {own} for {cost}", shown[100]);
+    let read = found.report.conditions[0].value;
+    assert!((shown[100] - read).abs() < 1e-9, "{sensor}: {read} for {}", shown[100]);
+    assert!(bound != "equals" || (read - wanted).abs() < 1e-9, "{sensor}: {read}");
+    assert!((cost - own).abs() < 1e-9 * cost, "{sensor}: {own} for {cost}");
+}
+
+/// The same of efforts and orientations: a bound on the tension of a spring.
+#[test]
+fn efforts_are_what_a_run_shows() {
+    let more = "[[spring]]\nname = \"tie\"\nfrom = \"ground\"\nto = \"bob\"\npoint_from = [0.5, 0.0, 0.2]\n\
+                stiffness = 3.0\nnatural_length = 0.4\ndamping = 0.2\n\
+                [[sensor]]\nname = \"pull\"\ntype = \"effort\"\nof = \"tie\"\n\
+                [[sensor]]\nname = \"turn\"\ntype = \"orientation\"\nof = \"bob\"\n";
+    for (sensor, bound, wanted) in
+        [("pull", "equals", 2.0), ("pull", "max", 1.8), ("turn.y", "equals", 0.03)]
+    {
+        compare_with_run(more, sensor, (bound, wanted));
     }
 }
 

@@ -27,6 +27,7 @@
 //! | `columns` | names, quantities and units of the numbers |
 //! | `view` | what sensors see of a node |
 //! | `observer` | what is seen from a body |
+//! | `attitude` | orientations |
 //! | `ends` | what a distance is between |
 //! | `contact` | gaps and forces of contacts, stops, dry friction |
 //! | `effort` | springs, dampers, motors, prescribed motions |
@@ -34,6 +35,7 @@
 //! | `work` | the same since the start |
 //! | `section` | section forces and strains of beams |
 
+mod attitude;
 mod columns;
 mod contact;
 mod effort;
@@ -44,13 +46,14 @@ mod section;
 mod view;
 mod work;
 
+pub(crate) use attitude::{Attitude, sign};
 pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
+pub(crate) use effort::Effort;
 pub(crate) use ends::ends_of;
 pub(crate) use view::{View, Works};
 
 use contact::ContactGauge;
-use effort::Effort;
 use observer::Observer;
 use power::Power;
 use section::SectionGauge;
@@ -68,7 +71,7 @@ use holonom_model::expression::Program;
 use holonom_model::{
     GROUND, Model, Observed, Part, Quantities, ReactionFrame, Reading, Sensor, SensorKind, spatial,
 };
-use nalgebra::{Matrix3, Quaternion, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Vector3};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use vi_constraints::integrator::ResumeError;
@@ -91,7 +94,7 @@ enum Gauge {
     Acceleration(Form, usize),
     SeenPosition(Form, Observer),
     SeenVelocity(Form, Observer),
-    Orientation(Attitude),
+    Orientation(Attitude, Quaternion<f64>), // with the last one
     AngularVelocity(usize, Option<Observer>), // first coordinate of the frame
     AngularAcceleration(usize),
     Imu(Box<InertialUnit>),
@@ -119,27 +122,6 @@ fn length_rate(between: &Form, at: &View<'_>) -> f64 {
     let (d, rate) = (between.at(at.q), between.rate(at.v));
     let length = d.norm();
     if length > 0.0 { d.dot(&rate) / length } else { rate.norm() }
-}
-
-/// The orientation of a body with a sign that does not jump.
-#[derive(Clone, Debug)]
-struct Attitude {
-    own: Observer,
-    seen_from: Option<Observer>,
-    last: Quaternion<f64>,
-}
-
-impl Attitude {
-    fn follow(&mut self, q: &[f64]) {
-        let rotation = self.own.axes(q);
-        let rotation = match &self.seen_from {
-            Some(observer) => observer.axes(q).tr_mul(&rotation),
-            None => rotation,
-        };
-        let rotation = Rotation3::from_matrix_unchecked(rotation);
-        let next = UnitQuaternion::from_rotation_matrix(&rotation).into_inner();
-        self.last = if next.dot(&self.last) < 0.0 { -next } else { next };
-    }
 }
 
 /// What an inertial measurement unit is made of.
@@ -295,6 +277,31 @@ impl Sensors {
         self.of.iter().position(own).filter(|k| self.gauges[*k].is_of_configuration())
     }
 
+    /// The gauge of a sensor by its name, also of one that an expression alone reads.
+    fn gauge(&self, name: &str) -> Option<&Gauge> {
+        let mut columns = self.columns.iter().chain(&self.hidden);
+        let first = columns.position(|column| column.sensor == name)?;
+        let own = self.of.iter().position(|part| part.columns.start == first)?;
+        self.gauges.get(own)
+    }
+
+    /// What acts on a joint, between points or by a law, whose effort or power a sensor reads.
+    pub(crate) fn effort(&self, name: &str) -> Option<&Effort> {
+        match self.gauge(name)? {
+            Gauge::Effort(effort) => Some(effort),
+            Gauge::Power(power) => power.effort(),
+            _ => None,
+        }
+    }
+
+    /// The orientation that a sensor reads.
+    pub(crate) fn attitude(&self, name: &str) -> Option<&Attitude> {
+        match self.gauge(name)? {
+            Gauge::Orientation(attitude, _) => Some(attitude),
+            _ => None,
+        }
+    }
+
     /// Whether nothing but the configuration of a node is read.
     pub(crate) fn are_of_configurations(&self) -> bool {
         self.signals.is_none() && self.gauges.iter().all(Gauge::is_of_configuration)
@@ -385,9 +392,8 @@ impl Sensors {
                 Gauge::Coordinate(tracker) => {
                     *tracker = JointMotion::new(tracker.joint().clone(), q);
                 }
-                Gauge::Orientation(attitude) => {
-                    attitude.last = Quaternion::identity(); // w ≥ 0
-                    attitude.follow(q);
+                Gauge::Orientation(attitude, last) => {
+                    *last = attitude.next(q, &Quaternion::identity()); // w ≥ 0
                 }
                 Gauge::Effort(effort) => effort.begin(q),
                 Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.begin(q)),
@@ -402,7 +408,7 @@ impl Sensors {
         for gauge in &mut self.gauges {
             match gauge {
                 Gauge::Coordinate(tracker) => tracker.follow(q),
-                Gauge::Orientation(attitude) => attitude.follow(q),
+                Gauge::Orientation(attitude, last) => *last = attitude.next(q, last),
                 Gauge::Effort(effort) => effort.follow(q),
                 Gauge::Power(power) => power.effort_mut().into_iter().for_each(|e| e.follow(q)),
                 Gauge::Work(work) => work.follow(q),
@@ -415,7 +421,7 @@ impl Sensors {
     pub(crate) fn state(&self) -> Vec<Vec<f64>> {
         let followed = |gauge: &Gauge| match gauge {
             Gauge::Coordinate(tracker) => tracker.values().to_vec(),
-            Gauge::Orientation(attitude) => attitude.last.coords.as_slice().to_vec(),
+            Gauge::Orientation(_, last) => last.coords.as_slice().to_vec(),
             Gauge::Effort(effort) => effort.followed().to_vec(),
             Gauge::Power(power) => power.effort().map_or(Vec::new(), |e| e.followed().to_vec()),
             Gauge::Work(work) => work.state(),
@@ -442,8 +448,8 @@ impl Sensors {
         for (gauge, values) in self.gauges.iter_mut().zip(state) {
             match gauge {
                 Gauge::Coordinate(tracker) => tracker.resume(values),
-                Gauge::Orientation(attitude) => {
-                    attitude.last.coords.as_mut_slice().copy_from_slice(values);
+                Gauge::Orientation(_, last) => {
+                    last.coords.as_mut_slice().copy_from_slice(values);
                 }
                 Gauge::Effort(effort) => effort.resume(values),
                 Gauge::Power(power) => {
@@ -499,7 +505,7 @@ impl Gauge {
             self,
             Self::Position(..)
                 | Self::SeenPosition(..)
-                | Self::Orientation(_)
+                | Self::Orientation(..)
                 | Self::Distance(_)
                 | Self::Coordinate(_)
                 | Self::Contact(ContactGauge::Gap(_))
@@ -518,9 +524,7 @@ impl Gauge {
             Self::SeenVelocity(point, from) => {
                 out.extend(&from.velocity(at.q, at.v, point.at(at.q), point.rate(at.v)));
             }
-            Self::Orientation(Attitude { last, .. }) => {
-                out.extend([last.w, last.i, last.j, last.k])
-            }
+            Self::Orientation(_, last) => out.extend([last.w, last.i, last.j, last.k]),
             Self::AngularVelocity(first, from) => {
                 let (q, v) = frame(*first);
                 let omega = directors::angular_velocity(q, v);
@@ -684,7 +688,7 @@ impl Builder<'_> {
             }
             SensorKind::Orientation => {
                 let (own, seen_from) = (self.frame_of(of)?, self.observer(sensor));
-                Gauge::Orientation(Attitude { own, seen_from, last: Quaternion::identity() })
+                Gauge::Orientation(Attitude { own, seen_from }, Quaternion::identity())
             }
             SensorKind::AngularVelocity => {
                 Gauge::AngularVelocity(12 * self.names.index(of)?, self.observer(sensor))

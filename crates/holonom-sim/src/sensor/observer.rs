@@ -8,13 +8,14 @@
 //! ```
 
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 use vi_rigid::directors;
 
 /// A body in whose frame something is given.
 #[derive(Clone, Debug)]
 pub(super) struct Observer {
-    first: usize,         // first coordinate of its frame
-    to_own: Matrix3<f64>, // Aᵀ
+    pub(super) first: usize, // first coordinate of its frame
+    to_own: Matrix3<f64>,    // Aᵀ
 }
 
 impl Observer {
@@ -26,7 +27,13 @@ impl Observer {
 
     /// `R_B`.
     pub(super) fn axes(&self, q: &[f64]) -> Matrix3<f64> {
-        directors::triad(&q[self.first..]) * self.to_own
+        self.axes_at(&|i| q[i])
+    }
+
+    /// The same at coordinates of any numbers.
+    pub(super) fn axes_at<T: Number>(&self, q: &impl Fn(usize) -> T) -> Matrix3<T> {
+        let directors = Matrix3::from_fn(|i, j| q(self.first + 3 + 3 * j + i));
+        directors * self.to_own.map(T::of)
     }
 
     pub(super) fn position(&self, q: &[f64], x: Vector3<f64>) -> Vector3<f64> {

@@ -5,7 +5,7 @@ use holonom_model::FrictionCourse;
 use std::sync::Arc;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::held_effort::HeldEffort;
-use vi_multibody::joint_force::{JointLaw, Motor, PdControl, Setpoint, Viscous};
+use vi_multibody::joint_force::{EffortSlopes, JointLaw, Motor, PdControl, Setpoint, Viscous};
 use vi_multibody::stribeck::{Stribeck, StribeckFriction};
 
 /// What acts on one coordinate of a joint.
@@ -22,6 +22,26 @@ pub(crate) struct JointDrive {
 }
 
 impl JointDrive {
+    /// `τ` and its derivatives.
+    pub(crate) fn effort_and_slopes(
+        &self,
+        t: f64,
+        coordinate: f64,
+        rate: f64,
+    ) -> (f64, EffortSlopes) {
+        if self.idle {
+            return (0.0, EffortSlopes::default());
+        }
+        match &self.law {
+            ElementLaw::Spring { stiffness, .. } => {
+                let slopes = EffortSlopes { by_coordinate: -stiffness, by_rate: 0.0 };
+                (self.law.effort(t, coordinate, rate), slopes)
+            }
+            ElementLaw::Force(law) => law.effort_and_slopes(t, coordinate, rate),
+            ElementLaw::Idle => (0.0, EffortSlopes::default()),
+        }
+    }
+
     /// `τ(t, θ, θ̇)`.
     pub(crate) fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64 {
         if self.idle { 0.0 } else { self.law.effort(t, coordinate, rate) }

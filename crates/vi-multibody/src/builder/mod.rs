@@ -9,6 +9,7 @@ mod assembly;
 mod body;
 mod bushing;
 mod contact;
+mod effort_slopes;
 mod error;
 mod force;
 mod id;

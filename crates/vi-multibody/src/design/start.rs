@@ -95,6 +95,12 @@ pub struct StartTangent {
 }
 
 impl StartTangent {
+    /// Zero, of `n` coordinates.
+    #[must_use]
+    pub fn zero(n: usize) -> Self {
+        Self { q: vec![0.0; n], v: vec![0.0; n], p: vec![0.0; n] }
+    }
+
     /// `δ += scale` times another.
     pub fn add(&mut self, scale: f64, other: &Self) {
         let own = self.q.iter_mut().chain(&mut self.v).chain(&mut self.p);

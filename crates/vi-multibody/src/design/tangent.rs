@@ -183,6 +183,8 @@ pub struct SpringTangent {
     pub stiffness: f64,
     /// Of `l_0`, m.
     pub natural_length: f64,
+    /// Of `c` of the damper beside it, N·s/m, which [`MechanismTangent::dampers`] lists.
+    pub damping: f64,
 }
 
 /// `∂τ/∂θ` of an effort at a time, a coordinate and a rate.

@@ -90,6 +90,32 @@ impl SixForce {
         self.reading.with_values_at_node(at, v, |work| Vector6::from_column_slice(work.efforts()))
     }
 
+    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v` at a node, both of shape `n`.
+    pub fn add_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        w: &Vector6,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let [by_coordinates, by_rates] = self.own_slopes(work).map(|own| own.tr_mul(w));
+            self.coordinates.add_gradient(at.q, &by_coordinates, q);
+            self.coordinates.add_gradient(at.q, &by_rates, of_v);
+            let turning = self.coordinates.rate_slopes(at.q, v);
+            for (offset, row) in self.coordinates.along(&turning, &by_rates) {
+                let Some(offset) = offset else { continue };
+                (0..row.len()).for_each(|i| q[offset + i] += row[i]);
+            }
+            self.reading.add_slopes(
+                at.q,
+                v,
+                |j| (0..6).map(|i| w[i] * work.slope(i, j)).sum(),
+                [q, of_v],
+            );
+        });
+    }
+
     /// `∂τ/∂ξ` and `∂τ/∂ξ̇`.
     fn own_slopes(&self, work: &Work) -> [Matrix6; 2] {
         let mut slopes = [Matrix6::zeros(); 2];
@@ -356,6 +382,11 @@ impl SixSpring {
     #[must_use]
     pub fn efforts(&self, t: f64, q: &[f64]) -> Vector6 {
         -self.slope(&self.coordinates.at(t, q))
+    }
+
+    /// `out ← out + Σ w_i ∂τ_i/∂q` at a node, shape `n`.
+    pub fn add_slopes(&self, q: &[f64], w: &Vector6, out: &mut [f64]) {
+        self.coordinates.add_gradient(q, &-self.stiffness.tr_mul(w), out);
     }
 
     /// Emits `scale D_1 D_1 U_d` or `scale D_2 D_2 U_d`, `q` the end concerned.

@@ -56,6 +56,15 @@ impl<T: Number> Spring<T> {
         }
     }
 
+    /// `dV/dl` at the length `l`, N: positive when the spring pulls its ends together.
+    pub fn tension_at(&self, l: T) -> T {
+        let l0 = self.natural_length;
+        match self.law {
+            SpringLaw::Linear => self.stiffness * (l - l0),
+            SpringLaw::QuadraticStretch => T::of(2.0) * self.stiffness * (l * l - l0 * l0) * l,
+        }
+    }
+
     /// `scale ∂V/∂D`.
     pub(crate) fn pull(&self, q: &[f64], scale: f64) -> Vector3<T> {
         let d = self.between.at(q);
@@ -68,11 +77,7 @@ impl Spring {
     /// `dV/dl`, N: positive when the spring pulls its ends together.
     #[must_use]
     pub fn tension(&self, q: &[f64]) -> f64 {
-        let (l, l0) = (self.between.at(q).norm(), self.natural_length);
-        match self.law {
-            SpringLaw::Linear => self.stiffness * (l - l0),
-            SpringLaw::QuadraticStretch => 2.0 * self.stiffness * (l * l - l0 * l0) * l,
-        }
+        self.tension_at(self.between.at(q).norm())
     }
 }
 

@@ -39,6 +39,21 @@ impl Tension {
         Line { length, along, rate: along.dot(&velocity), velocity }
     }
 
+    /// `q ← q + scale ∂T/∂q`, `of_v ← of_v + scale ∂T/∂v`, both of shape `n`.
+    pub fn add_tension_slopes(
+        &self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        scale: f64,
+        [of_q, of_v]: [&mut [f64]; 2],
+    ) {
+        let Line { length, along, rate, velocity } = self.line(q, v);
+        let slopes = self.law.slopes(t, length, rate);
+        let turning = (velocity - rate * along) / length;
+        let by_position = slopes.by_coordinate * along + slopes.by_rate * turning;
+        self.between.add_transposed(&(scale * by_position), of_q);
+        self.between.add_transposed(&(scale * slopes.by_rate * along), of_v);
+    }
+
     /// `T`, N, and the rate of the distance, m/s.
     #[must_use]
     pub fn tension_and_rate(&self, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {

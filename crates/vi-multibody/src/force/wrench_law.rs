@@ -260,6 +260,49 @@ impl WrenchForce {
         self.law.evaluate(&self.at_node(t, &self.on.own(q), &self.on.own(v)))
     }
 
+    /// `q ← q + scale ∂y_k/∂q`, `of_v ← of_v + scale ∂y_k/∂v` of the efforts `y = (f, τ)` at a
+    /// node, both of shape `n`.
+    pub fn add_effort_slopes(
+        &self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        (k, scale): (usize, f64),
+        out: [&mut [f64]; 2],
+    ) {
+        let (own, rate) = (self.on.own(q), self.on.own(v));
+        let mut slopes = WrenchSlopes::zeros();
+        self.law.gradient(&self.at_node(t, &own, &rate), &mut slopes);
+        let row = scale * slopes.row(k);
+        let first = self.on.offset();
+        for (rows, out) in
+            [self.rows_by_position(&rate), self.rows_by_velocity(&own)].iter().zip(out)
+        {
+            let by = row * rows;
+            (0..self.on.size()).for_each(|i| out[first + i] += by[i]);
+        }
+    }
+
+    /// `∂y/∂q` at a node.
+    fn rows_by_position(&self, rate: &[f64; FRAME]) -> Rows {
+        let mut rows = Rows::zeros();
+        self.on.point_rows(1.0, 1, &mut rows);
+        for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
+            let by = -0.5 * director(rate, i).cross_matrix(); // ½ δd × ḋ
+            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
+        }
+        rows
+    }
+
+    /// `∂y/∂v` at a node.
+    fn rows_by_velocity(&self, own: &[f64; FRAME]) -> Rows {
+        let mut rows = Rows::zeros();
+        self.on.point_rows(1.0, 4, &mut rows);
+        for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
+            let by = 0.5 * director(own, i).cross_matrix();
+            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
+        }
+        rows
+    }
+
     /// `y` at a node.
     fn at_node(&self, t: f64, own: &[f64; FRAME], rate: &[f64; FRAME]) -> [f64; INPUTS] {
         let mut w = Vector3::zeros();
@@ -316,13 +359,7 @@ impl Force for WrenchForce {
     ) {
         let (own, rate) = (self.on.own(q), self.on.own(v));
         let y = self.at_node(t, &own, &rate);
-        let mut rows = Rows::zeros();
-        self.on.point_rows(1.0, 1, &mut rows);
-        let frame = matches!(self.on, ActsOn::Frame { .. });
-        for i in (0..3).filter(|_| frame) {
-            let by = -0.5 * director(&rate, i).cross_matrix(); // ½ δd × ḋ
-            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
-        }
+        let rows = self.rows_by_position(&rate);
         let block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 1.0);
         self.on.emit(scale, &block, out);
         let [_, torque] = self.on.spatial(self.law.evaluate(&y), &own);
@@ -339,12 +376,7 @@ impl Force for WrenchForce {
     ) {
         let (own, rate) = (self.on.own(q), self.on.own(v));
         let y = self.at_node(t, &own, &rate);
-        let mut rows = Rows::zeros();
-        self.on.point_rows(1.0, 4, &mut rows);
-        for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
-            let by = 0.5 * director(&own, i).cross_matrix();
-            rows.fixed_view_mut::<3, 3>(7, 3 + 3 * i).copy_from(&by);
-        }
+        let rows = self.rows_by_velocity(&own);
         let block = self.on.columns(&own) * self.wrench_rows(&y, &own, &rows, 0.0);
         self.on.emit(scale, &block, out);
     }

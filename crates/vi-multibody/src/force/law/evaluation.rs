@@ -310,6 +310,29 @@ impl Reading {
         then(&work.y, held);
     }
 
+    /// `q ← q + Σ w_j ∂y_j/∂q`, `of_v ← of_v + Σ w_j ∂y_j/∂v` at a node, both of shape `n`; those
+    /// of [`Input::Six`] are left out.
+    pub(in crate::force) fn add_slopes(
+        &self,
+        at: &[f64],
+        v: &[f64],
+        w: impl Fn(usize) -> f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        for (j, input) in self.inputs.iter().enumerate() {
+            let w = w(j);
+            input.for_each_slope_by_position(at, v, &mut |i, slope| q[i] += w * slope);
+            input.for_each_slope_by_velocity(at, v, &mut |i, slope| of_v[i] += w * slope);
+        }
+    }
+
+    /// Whether something of it is no function of a node: states of signals, what is held or past.
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        let held = |own: &Input| matches!(own, Input::Held(_) | Input::Past(_));
+        !self.states.is_empty() || self.inputs.iter().any(held)
+    }
+
     /// With the efforts of a step, and `z̄`.
     pub(in crate::force) fn with_values_in_step<T>(
         &self,

@@ -57,6 +57,19 @@ impl LawForce {
         (efforts, self.target.count())
     }
 
+    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v` at a node, both of shape `n`.
+    pub fn add_effort_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        (k, scale): (usize, f64),
+        slopes: [&mut [f64]; 2],
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            self.reading.add_slopes(at.q, v, |j| scale * work.slope(k, j), slopes);
+        });
+    }
+
     /// Emits `scale Σ_k e_k (dτ_k/dy ∂y)ᵀ`, where `each` visits `∂y` of an input.
     fn emit_slopes(
         &self,

@@ -1,0 +1,288 @@
+//! Efforts of what acts along joints, between points and by laws, and powers, with derivatives.
+//!
+//! ```text
+//! y = τ(t, x, ẋ)  or  y = σ ẋ τ(t, x, ẋ)        x: a joint coordinate or a distance, at (q, v̂)
+//! ∂y/∂q = y_x ∇x + y_ẋ D²x v̂,   ∂y/∂v̂ = y_ẋ ∇x,   y_θ = y_x x_θ + y_ẋ (∇x)_θ v̂ + τ_θ
+//! ```
+//! Efforts of laws and bushings change with whatever they read; `τ_θ` is what the law states whose
+//! expressions are replaced by their derivatives. The efforts are those of [`crate::sensor`].
+
+use super::quantity::{Measured, Sensed, no_derivative, number_of};
+use crate::design::{ModelTangent, refused};
+use crate::sensor::{Effort, columns_of};
+use crate::system::System;
+use crate::system::joint_drive::JointDrive;
+use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use std::sync::Arc;
+use vi_control::objective::Quantity;
+use vi_control::terminal_rate::NodeQuantity;
+use vi_core::Configuration;
+use vi_core::num_dual::Dual64;
+use vi_multibody::builder::{ElementForce, ForceElements};
+use vi_multibody::design::{EffortTangent, MechanismTangent, MovedCoordinate, SpringTangent};
+use vi_multibody::form::Form;
+use vi_multibody::joint_force::EffortSlopes;
+use vi_multibody::law::Input;
+use vi_multibody::six_coordinates::Vector6;
+use vi_multibody::spring::{Damper, Spring};
+
+/// What acts along a coordinate.
+enum Acts {
+    /// The elements of a joint of one kind.
+    Elements(Vec<JointDrive>),
+    /// A spring between points with its damper.
+    Spring(Box<Spring>, Box<Damper>),
+}
+
+impl Acts {
+    /// `τ` and its derivatives.
+    fn effort(&self, t: f64, x: f64, rate: f64) -> (f64, EffortSlopes) {
+        let mut sum = (0.0, EffortSlopes::default());
+        match self {
+            Self::Elements(all) => {
+                for (effort, slopes) in all.iter().map(|own| own.effort_and_slopes(t, x, rate)) {
+                    sum.0 += effort;
+                    sum.1.by_coordinate += slopes.by_coordinate;
+                    sum.1.by_rate += slopes.by_rate;
+                }
+            }
+            Self::Spring(spring, damper) => {
+                let own = with_tangent(spring, None).tension_at(Dual64::new(x, 1.0));
+                sum.0 = own.re + damper.damping * rate;
+                sum.1 = EffortSlopes { by_coordinate: own.eps, by_rate: damper.damping };
+            }
+        }
+        sum
+    }
+}
+
+/// A spring with its derivative by a parameter.
+fn with_tangent(spring: &Spring, change: Option<&SpringTangent>) -> Spring<Dual64> {
+    let Spring { between, stiffness, natural_length, law } = spring;
+    let [by_stiffness, by_length] =
+        change.map_or([0.0; 2], |own| [own.stiffness, own.natural_length]);
+    let still = Form::constant(nalgebra::Vector3::zeros());
+    Spring {
+        between: between.with_tangent(&still),
+        stiffness: Dual64::new(*stiffness, by_stiffness),
+        natural_length: Dual64::new(*natural_length, by_length),
+        law: *law,
+    }
+}
+
+/// An effort along a coordinate, or its power.
+struct AlongCoordinate {
+    inputs: [Input; 2], // x, ẋ
+    moved: Sensed,      // x, by parameters
+    acts: Acts,
+    by: Vec<Vec<EffortTangent>>, // τ_θ, in the order of the parameters
+    power: Option<f64>,          // σ
+}
+
+impl AlongCoordinate {
+    fn seen(&self, at: Configuration<'_>, v: &[f64]) -> [f64; 2] {
+        [0, 1].map(|k| self.inputs[k].value(at, v))
+    }
+
+    /// `y`, with `y_x` and `y_ẋ`.
+    fn slopes(&self, at: Configuration<'_>, v: &[f64]) -> [f64; 3] {
+        let [x, rate] = self.seen(at, v);
+        let (effort, EffortSlopes { by_coordinate, by_rate }) = self.acts.effort(at.t, x, rate);
+        match self.power {
+            None => [effort, by_coordinate, by_rate],
+            Some(sign) => [
+                sign * rate * effort,
+                sign * rate * by_coordinate,
+                sign * (effort + rate * by_rate),
+            ],
+        }
+    }
+}
+
+impl NodeQuantity for AlongCoordinate {
+    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        self.slopes(at, v)[0]
+    }
+    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
+        let [_, by_coordinate, by_rate] = self.slopes(at, v);
+        for (input, slope) in self.inputs.iter().zip([by_coordinate, by_rate]) {
+            input.add_slopes(at, v, scale * slope, [&mut *q, &mut *of_v]);
+        }
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+        let [_, by_coordinate, by_rate] = self.slopes(at, v);
+        let [x, rate] = self.seen(at, v);
+        let own = self.by.get(parameter).into_iter().flatten();
+        let own: f64 = own.map(|by| by(at.t, x, rate)).sum();
+        by_coordinate * self.moved.by_parameter(parameter, at)
+            + by_rate * self.moved.rate_by_parameter(parameter, at, v)
+            + self.power.map_or(1.0, |sign| sign * rate) * own
+    }
+}
+
+/// A number of the efforts that a law or a bushing states.
+struct Stated {
+    forces: ForceElements,
+    /// Of a bushing.
+    name: Option<String>,
+    part: usize,
+    by: Vec<ForceElements>, // the derivatives, in the order of the parameters
+    moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
+}
+
+impl Stated {
+    fn of(&self, forces: &ForceElements, at: Configuration<'_>, v: &[f64]) -> f64 {
+        match &self.name {
+            Some(name) => forces.bushing_efforts(name, at, v).map_or(0.0, |own| own[self.part]),
+            None => {
+                let own = forces.forces.iter().find_map(|own| own.efforts(at, v));
+                own.map_or(0.0, |(efforts, _)| efforts[self.part])
+            }
+        }
+    }
+}
+
+impl NodeQuantity for Stated {
+    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+        self.of(&self.forces, at, v)
+    }
+    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: [&mut [f64]; 2]) {
+        match &self.name {
+            Some(name) => {
+                let w = Vector6::ith(self.part, scale);
+                self.forces.add_bushing_slopes(name, at, v, &w, out);
+            }
+            None => {
+                let law = self.forces.forces.iter().find(|own| own.efforts(at, v).is_some());
+                if let Some(own) = law {
+                    own.add_effort_slopes(at, v, (self.part, scale), out);
+                }
+            }
+        }
+    }
+    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+        let own = self.by.get(parameter).map_or(0.0, |own| self.of(own, at, v));
+        let moved = self.moved.get(parameter).and_then(Option::as_ref);
+        let along = moved.and_then(|moved| {
+            let ElementForce::Joint(force) = &self.forces.forces.first()?.force else {
+                return None;
+            };
+            let (x, rate) = (force.coordinate.at(at), force.coordinate.rate(at.q, v));
+            let slopes = force.law.slopes(at.t, x, rate);
+            Some(slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * moved.rate_by(at.q, v))
+        });
+        own + along.unwrap_or(0.0)
+    }
+}
+
+/// What a sensor of an effort or of a power shows; `None` of others, and of constraints.
+///
+/// # Errors
+/// [`ModelError`] of one that has no derivative.
+pub(crate) fn of_sensor(
+    model: &Model,
+    system: &mut System,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+    tangents: &[ModelTangent],
+) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    if !matches!(sensor.kind, SensorKind::Effort | SensorKind::Power) {
+        return Ok(None);
+    }
+    let Some(effort) = system.sensors.effort(&sensor.name).cloned() else { return Ok(None) };
+    let is_power = sensor.kind == SensorKind::Power;
+    let part = number_of(model, key, (sensor, part))?;
+    Ok(match effort {
+        Effort::Joint(elements, _) => {
+            let name = &columns_of(model, sensor)[part].part;
+            let power = is_power.then_some(1.0);
+            let found = along_joint(model, system, (sensor, name), (elements, power), tangents);
+            Some(Box::new(found.ok_or_else(|| no_derivative(key, sensor))?))
+        }
+        Effort::Spring(spring, damper) => {
+            let power = is_power.then_some(-1.0);
+            let k = model.springs.iter().position(|own| own.name == sensor.of);
+            let k = k.ok_or_else(|| no_derivative(key, sensor))?;
+            Some(Box::new(between_points((k, spring, damper), power, tangents)))
+        }
+        Effort::Six(name, forces) => {
+            stated(system, key, (sensor, part), (forces, Some(name)), tangents)?
+        }
+        Effort::Law(forces, _) => stated(system, key, (sensor, part), (forces, None), tangents)?,
+        Effort::Row(..) => None,
+    })
+}
+
+/// The elements of one kind of a joint; `None` where it has no such coordinate.
+fn along_joint(
+    model: &Model,
+    system: &mut System,
+    (sensor, part): (&Sensor, &str),
+    (elements, power): (Vec<JointDrive>, Option<f64>),
+    tangents: &[ModelTangent],
+) -> Option<AlongCoordinate> {
+    let own: Vec<JointDrive> = elements.into_iter().filter(|own| own.part == part).collect();
+    let freedom = own.first()?.freedom;
+    let moved = Measured::coordinate(model, &mut system.mechanism, &sensor.of, freedom)?;
+    let Measured::Joint { joint, coordinate, .. } = &moved else { return None };
+    let inputs = [Input::Coordinate((**coordinate).clone()), Input::Rate((**coordinate).clone())];
+    let by = |own: &ModelTangent| -> Vec<EffortTangent> {
+        let all = own.drives.iter().filter(|(of, name, _)| (of, *name) == (joint, part));
+        all.map(|(_, _, by)| by.clone()).collect()
+    };
+    let by = tangents.iter().map(by).collect();
+    let moved = Sensed::new(moved, &system.mechanism, &sensor.name, tangents);
+    Some(AlongCoordinate { inputs, moved, acts: Acts::Elements(own), by, power })
+}
+
+/// Spring `k` between points.
+fn between_points(
+    (k, spring, damper): (usize, Box<Spring>, Box<Damper>),
+    power: Option<f64>,
+    tangents: &[ModelTangent],
+) -> AlongCoordinate {
+    let changes = || tangents.iter().map(|own| own.numbers.springs.get(&k));
+    let by = |change: Option<&SpringTangent>| -> Vec<EffortTangent> {
+        let Some(change) = change else { return Vec::new() };
+        let (spring, damping) = (with_tangent(&spring, Some(change)), change.damping);
+        vec![Arc::new(move |_, x: f64, rate: f64| {
+            spring.tension_at(Dual64::from_re(x)).eps + damping * rate
+        })]
+    };
+    let by = changes().map(by).collect();
+    let moved = changes().map(|own| own.map(|own| own.between.clone()));
+    AlongCoordinate {
+        inputs: [Input::Length(spring.between.clone()), Input::LengthRate(spring.between.clone())],
+        moved: Sensed::between(spring.between.clone(), moved),
+        acts: Acts::Spring(spring, damper),
+        by,
+        power,
+    }
+}
+
+/// A number of a law, or of the bushing of a name.
+fn stated(
+    system: &System,
+    key: &str,
+    (sensor, part): (&Sensor, usize),
+    (forces, name): (Box<ForceElements>, Option<String>),
+    tangents: &[ModelTangent],
+) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    if sensor.kind == SensorKind::Power {
+        return Err(no_derivative(key, sensor));
+    }
+    if forces.forces.iter().any(vi_multibody::builder::NamedForce::remembers) {
+        let what = format!("the derivative of `{}`, an effort by signals with states", sensor.name);
+        return Err(refused(key, what, "take an effort that follows from coordinates and rates"));
+    }
+    let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();
+    let coordinate = forces.forces.first().and_then(|own| match &own.force {
+        ElementForce::Joint(force) => Some(&force.coordinate),
+        _ => None,
+    });
+    let moved = |own: &MechanismTangent| {
+        coordinate.and_then(|of| MovedCoordinate::of(&system.mechanism, own, of))
+    };
+    let moved = tangents.iter().map(|own| moved(&own.numbers)).collect();
+    Ok(Some(Box::new(Stated { forces: *forces, name, part, by, moved })))
+}

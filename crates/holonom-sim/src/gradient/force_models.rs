@@ -1,0 +1,179 @@
+//! Models whose sensors need forces, orientations and accelerations.
+
+use super::tests::LINKAGE;
+
+/// A tree with a hinge and a slide, bars between point masses, a body on a bushing; with a spring, a damper, a bumper, friction, a motor and laws.
+pub(super) const FORCES: &str = r#"
+[model]
+name = "forces"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+[parameters]
+g = 9.81
+k = 6.0
+c = 0.4
+length = 0.8
+mass = 1.6
+[[body]]
+name = "upper"
+position = ["= length/2", 0.0, 0.0]
+shape = { type = "box", dimensions = ["= length", 0.05, 0.04], density = 780.0 }
+[[body]]
+name = "lower"
+position = ["= 1.4*length", 0.0, 0.0]
+shape = { type = "box", dimensions = [0.6, 0.05, 0.03], density = 780.0 }
+[[joint]]
+name = "shoulder"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.2]
+rate = -3.0
+spring = { stiffness = "= k", rest = 0.2 }
+damper = { damping = "= c" }
+limits = [-0.05, 0.02]
+bumper = { stiffness = 40.0, damping = 0.05 }
+friction = { torque = 0.3, model = { type = "stribeck", transition_velocity = 0.5 } }
+motor = { effort = "= 2*c", history = "cos(k*t)", proportional = "= k", derivative = 0.3, path = "0.2*c*t" }
+[[joint]]
+name = "slide"
+type = "prismatic"
+parent = "upper"
+child = "lower"
+position = ["= length", 0.0, 0.0]
+axis = [1.0, 0.1, "= 0.2*length"]
+rate = 0.4
+spring = { stiffness = "= 15*k", rest = 0.05 }
+damper = { damping = 3.0 }
+[[particle]]
+name = "bob"
+mass = 0.4
+position = [0.0, 2.0, -0.7]
+velocity = [0.4, 0.0, 0.0]
+[[particle]]
+name = "end"
+mass = "= 0.2*mass"
+position = [0.3, 2.0, -0.7]
+velocity = [0.4, 0.3, 0.0]
+[[bar]]
+name = "string"
+from = "ground"
+to = "bob"
+point = [0.0, 2.0, 0.0]
+[[bar]]
+name = "rod"
+from = "bob"
+to = "end"
+[[body]]
+name = "box"
+position = [0.0, 3.0, 0.2]
+velocity = [0.4, -0.3, 0.2]
+angular_velocity = [0.5, -0.3, 0.8]
+shape = { type = "box", dimensions = [0.3, 0.2, 0.1], density = 300.0 }
+[[spring]]
+name = "tie"
+from = "lower"
+to = "bob"
+point_from = ["= 0.1*length", 0.0, 0.1]
+stiffness = "= 4*k"
+natural_length = "= 2*length"
+damping = "= c"
+[[bushing]]
+name = "mount"
+from = "ground"
+to = "box"
+position = [0.0, 3.0, 0.2]
+stiffness = ["= 100*k", 900.0, 800.0, 5.0, "= k", 3.0]
+damping = [3.0, "= 9*c", 2.0, 0.1, 0.1, "= c"]
+[[law]]
+name = "along"
+joint = "slide"
+effort = "-k*x - 2*x^3 - c*abs(v)*v + sin(3*t)"
+[[law]]
+name = "pulls"
+from = "ground"
+to = "end"
+point_from = [0.3, 2.0, 1.0]
+tension = "k*max(x - 0.5, 0)^2 + c*v*exp(-3*x)"
+[[law]]
+name = "blows"
+on = "box"
+point = [0.1, 0.0, 0.0]
+force = ["-c*vx", "2", "k*sin(3*t)"]
+torque = ["0", "-c*wy", "-k*wz*x"]
+[[law]]
+name = "lifts"
+on = "bob"
+force = ["-k*x", "3 - c*vy*hypot(vx, vy) - k*x", "0"]
+[[control]]
+name = "drive"
+joint = "shoulder"
+hold = 10
+"#;
+
+/// A bushing and laws that read joints and other bodies: none of these may change.
+pub(super) const READING: &str = r#"
+[[bushing]]
+name = "soft"
+from = "ground"
+to = "box"
+position = [0.1, 3.0, 0.2]
+stiffness = ["100*k*(1 + 3*x1^2) - 9*c*x2", 900.0, "80*shoulder + 500", 5.0, "= k", 7.0]
+damping = [3.0, "9*c*(1 + v2^2)", 2.0, 0.1, 0.1, 0.2]
+[[law]]
+name = "follows"
+on = "lower"
+relative_to = "upper"
+force = ["-c*vx", "0", "-k*z"]
+axes = "body"
+"#;
+
+/// [`FORCES`] with [`READING`], the geometry held.
+pub(super) fn held() -> String {
+    let text = format!("{FORCES}{READING}").replace("\nlength = 0.8\n", "\n");
+    text.replace("*length", "*0.8").replace("\"= length", "\"= 0.8")
+}
+
+/// The linkage with a law that reads another joint, the geometry held.
+pub(super) fn far() -> String {
+    let held = LINKAGE.replace("\ncoupler = 0.9\nground = 0.8\n", "\n");
+    let held = held.replace("coupler/2", "0.9/2").replace("= ground\"", "= 0.8\"");
+    let law = "[[law]]\nname = \"far\"\njoint = \"pivot\"\n\
+               effort = \"-stiffness*sin(shaft) - 0.4*shaft.rate + mass*x\"\n";
+    without_objectives(&format!("{held}{law}"))
+}
+
+/// A model without its objectives.
+pub(super) fn without_objectives(text: &str) -> String {
+    let mut kept = String::new();
+    for (k, part) in text.split("[[").enumerate() {
+        if !part.starts_with("objective]]") {
+            kept += if k == 0 { "" } else { "[[" };
+            kept += part;
+        }
+    }
+    kept
+}
+
+/// Sensors of efforts and powers: type and of what, and their numbers.
+pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
+    ("effort", "shoulder", &["spring", "damper", "bumper", "friction", "motor"]),
+    ("effort", "slide", &["spring", "damper"]),
+    ("effort", "tie", &[""]),
+    ("effort", "mount", &["fx", "fy", "mz"]),
+    ("effort", "soft", &["fx", "fy", "fz", "my"]),
+    ("effort", "along", &[""]),
+    ("effort", "pulls", &[""]),
+    ("effort", "blows", &["fx", "fz", "my", "mz"]),
+    ("effort", "follows", &["fx", "fz"]),
+    ("effort", "lifts", &["fx", "fy"]),
+    ("power", "shoulder", &["spring", "bumper", "friction", "motor"]),
+    ("power", "tie", &[""]),
+];
+
+/// Sensors of orientations: of what, and seen from where.
+pub(super) const ORIENTATIONS: [(&str, &str); 2] =
+    [("box", ""), ("lower", "seen_from = \"box\"\n")];

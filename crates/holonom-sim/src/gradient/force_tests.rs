@@ -1,0 +1,234 @@
+//! Gradients of sensors that need forces, orientations and accelerations: the number is that of
+//! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
+
+use super::force_models::{EFFORTS, FORCES, ORIENTATIONS, far, held, without_objectives};
+use super::prepared::{Begin, Prepared, design};
+use super::tests::FLYING;
+use super::tests::LINKAGE;
+use super::{GradientFailure, ModelGradient, Wanted, gradient};
+use crate::simulation::Simulation;
+use crate::system::outside::Outside;
+use holonom_model::{ModelError, ModelText};
+use std::path::Path;
+use vi_control::sensitivities::{Beside, Direction, Sensitivities};
+use vi_multibody::design::start;
+
+/// What is compared with.
+const TARGET: f64 = 0.3;
+
+/// A model with a sensor, and an objective of one of its numbers.
+pub(super) fn sensing(text: &str, sensor: &str, part: &str, at: &str) -> String {
+    let dot = if part.is_empty() { "" } else { "." };
+    format!(
+        "{text}[[sensor]]\nname = \"seen\"\n{sensor}[[objective]]\nname = \"near\"\n\
+         type = \"sensor\"\nsensor = \"seen{dot}{part}\"\ntarget = {TARGET}\n{at}"
+    )
+}
+
+pub(super) const PATH: &str = "at = \"path\"\n";
+
+/// `½ e²` of the number at the end or along the path, from the sensors of a run.
+pub(super) fn shown(text: &str) -> f64 {
+    let source = ModelText::from_text(Path::new("model.toml"), text);
+    let model = source.model(&[]).unwrap();
+    let read = model.objectives[0].sensor.clone().unwrap();
+    let mut run = Simulation::new(&model).unwrap();
+    let columns = run.sensors().columns();
+    let place = columns.iter().position(|own| own.name() == read).unwrap_or_else(|| {
+        let (name, part) = read.split_once('.').unwrap();
+        let first = columns.iter().position(|own| own.sensor == name).unwrap();
+        first + part.parse::<usize>().unwrap()
+    });
+    let all: Vec<f64> = run.samples().map(|own| own.unwrap().sensors[place]).collect();
+    let square = |y: f64| 0.5 * (y - TARGET) * (y - TARGET);
+    let last = square(all[all.len() - 1]);
+    match text.contains(PATH) {
+        false => last,
+        true => {
+            let sum: f64 = all.iter().map(|y| square(*y)).sum();
+            model.settings.step * (sum - 0.5 * (last + square(all[0])))
+        }
+    }
+}
+
+/// The worst of what is found apart of both: of values, and of derivatives by differences.
+#[derive(Default)]
+pub(super) struct Worst {
+    pub(super) value: f64,
+    pub(super) differences: f64,
+    pub(super) forward: f64,
+}
+
+/// All derivatives by tangents beside the run: by parameters, by coordinates and rates at the
+/// start, by each control as a whole.
+pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
+    let model = source.model(&[]).unwrap();
+    let (all, outside) = (Wanted::everything(), Outside::default());
+    let mut prepared = Prepared::new(&model, &[], (&[], &outside)).unwrap();
+    let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
+    prepared.depend(&model, &[], &tangents).unwrap();
+    let begin = Begin::new(&model, &mut prepared).unwrap();
+    let design = design(&prepared, &begin.mass, &tangents).unwrap();
+    let mechanism = &prepared.system.mechanism;
+    let of = begin.of(&model, mechanism);
+    let run = prepared.simulation.integrator();
+    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let coordinates = of.coordinates_with(&[]).unwrap();
+    let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
+    let (mass, rows, at) = (&begin.mass, begin.rows(), begin.at());
+    let starts = start::derivatives(mechanism, mass, rows, at, &plain, &[]).unwrap();
+    let mut directions = Vec::new();
+    for (k, (change, own)) in changes.iter().zip(&tangents).enumerate() {
+        let start = begin.tangent(run, change, Some(own));
+        directions.push(Direction { start, parameter: Some(k), ..Direction::default() });
+    }
+    for change in starts.coordinates.iter().chain(&starts.rates) {
+        directions.push(Direction::from(begin.tangent(run, change, None)));
+    }
+    let zero = begin.tangent(run, &start::StartTangent::zero(begin.q.len()), None);
+    for c in 0..model.controls.len() {
+        let row = |k: usize| f64::from(u8::from(k == c));
+        let row: Vec<f64> = (0..model.controls.len()).map(row).collect();
+        let controls = vec![row; prepared.steps];
+        directions.push(Direction { controls, ..Direction::from(zero.clone()) });
+    }
+    let objective = &prepared.costs.sum;
+    let beside = Beside { controls: &prepared.controls, design: Some(&design), objective };
+    let mut tangents = Sensitivities::new(run, model.settings.step, directions).unwrap();
+    for _ in 0..prepared.steps {
+        tangents.advance(run, beside).unwrap();
+    }
+    let mut rates = tangents.rates(objective, run.state());
+    let controls = rates.split_off(rates.len() - model.controls.len());
+    let initial = rates.split_off(changes.len());
+    [rates, initial, controls]
+}
+
+/// How far forward and backward are apart, relative to the largest derivative of a kind.
+pub(super) fn apart([parameters, initial, controls]: &[Vec<f64>; 3], of: &ModelGradient) -> f64 {
+    let by_start = of.initial.iter().map(|own| own.coordinate);
+    let by_start: Vec<f64> = by_start.chain(of.initial.iter().map(|own| own.rate)).collect();
+    let by_controls = of.controls.iter().map(|own| own.derivatives.iter().sum()).collect();
+    let by_parameters: Vec<f64> = of.parameters.iter().map(|own| own.derivative).collect();
+    let kinds = [(parameters, by_parameters), (initial, by_start), (controls, by_controls)];
+    let kind = |(forward, backward): (&Vec<f64>, Vec<f64>)| {
+        assert_eq!(forward.len(), backward.len());
+        let size = backward.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let off = forward.iter().zip(&backward).map(|(a, b)| (a - b).abs());
+        if size == 0.0 { 0.0 } else { off.fold(0.0, f64::max) / size }
+    };
+    kinds.into_iter().map(kind).fold(0.0, f64::max)
+}
+
+impl Worst {
+    /// Compares a case, with all its derivatives.
+    pub(super) fn compare(&mut self, what: &str, text: &str, wanted: &Wanted) -> ModelGradient {
+        let source = ModelText::from_text(Path::new("model.toml"), text);
+        let model = source.model(&[]).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let found = gradient(&source, &[], &model, wanted);
+        let mut found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
+        let shown = shown(text);
+        let off = (found.value - shown).abs() / shown;
+        found.check(&source, &[], &model, wanted).unwrap();
+        let apart = apart(&forward(&source), &found);
+        println!(
+            "{what}: J {shown:.6e}, off by {off:.1e}, differences apart by {:.1e}, forward by {apart:.1e}",
+            found.worst()
+        );
+        assert!(apart <= 1e-11, "{what}: {apart:e}");
+        self.forward = self.forward.max(apart);
+        assert!(!found.checks.is_empty() && found.value > 0.0, "{what}");
+        assert!(found.worst() <= 1e-9, "{what}: {:#?}", found.checks);
+        assert!(off <= 1e-12, "{what}: {} for {shown}", found.value);
+        self.value = self.value.max(off);
+        self.differences = self.differences.max(found.worst());
+        found
+    }
+}
+
+impl Drop for Worst {
+    fn drop(&mut self) {
+        let Self { value, differences, forward } = self;
+        println!("worst: values {value:.1e}, differences {differences:.1e}, forward {forward:.1e}");
+    }
+}
+
+/// Compares all efforts, counted there.
+fn compare_efforts(at: &str) {
+    let (mut worst, held) = (Worst::default(), held());
+    for (kind, of, parts) in EFFORTS {
+        let sensor = format!("type = \"{kind}\"\nof = \"{of}\"\n");
+        let text = if ["soft", "follows"].contains(&of) { &held } else { FORCES };
+        for part in parts {
+            let text = sensing(text, &sensor, part, at);
+            worst.compare(&format!("{kind} of {of}.{part}"), &text, &Wanted::everything());
+        }
+    }
+    let linkage = without_objectives(LINKAGE);
+    for (text, of, part) in
+        [(&linkage, "pin", "damper"), (&linkage, "pivot", "spring"), (&far(), "far", "")]
+    {
+        let sensor = format!("type = \"effort\"\nof = \"{of}\"\n");
+        let text = sensing(text, &sensor, part, at);
+        worst.compare(&format!("effort of {of}.{part}"), &text, &Wanted::everything());
+    }
+}
+
+#[test]
+fn efforts_at_the_end_agree_with_differences() {
+    compare_efforts("");
+}
+
+#[test]
+fn efforts_along_the_path_agree_with_differences() {
+    compare_efforts(PATH);
+}
+
+#[test]
+fn orientations_agree_with_differences() {
+    let mut worst = Worst::default();
+    let linkage = without_objectives(LINKAGE);
+    for (part, at) in [("w", ""), ("y", ""), ("y", PATH)] {
+        let text = sensing(&linkage, "type = \"orientation\"\nof = \"coupler\"\n", part, at);
+        worst.compare(&format!("coupler.{part} {at}"), &text, &Wanted::everything());
+    }
+    // beyond half a turn, where the sign of the quaternion is that of the motion; in sub-steps
+    let spinning = without_objectives(FLYING).replace("[\"= spin\", 0.5", "[\"= 6*spin\", 0.5");
+    for (part, at) in [("w", ""), ("x", ""), ("w", PATH), ("z", PATH)] {
+        let text = sensing(&spinning, "type = \"orientation\"\nof = \"box\"\n", part, at);
+        worst.compare(&format!("spinning.{part} {at}"), &text, &Wanted::everything());
+    }
+    for (of, from) in ORIENTATIONS {
+        let sensor = format!("type = \"orientation\"\nof = \"{of}\"\n{from}");
+        for (part, at) in [("w", ""), ("1", PATH), ("y", ""), ("y", PATH), ("z", PATH)] {
+            let text = sensing(FORCES, &sensor, part, at);
+            worst.compare(&format!("{of}.{part} {from}{at}"), &text, &Wanted::everything());
+        }
+    }
+}
+
+/// What has no derivative is refused by the name of the sensor, with what to take instead.
+#[test]
+fn sensors_without_derivatives_are_refused_with_a_remedy() {
+    let held = held();
+    for (kind, of, part, remedy) in [
+        ("joint_acceleration", "shoulder", "", "the rate of the joint"),
+        ("power", "along", "", "in a sensor of type \"expression\""),
+        ("power", "mount", "", "in a sensor of type \"expression\""),
+        ("work", "tie", "", "the power along the path"),
+        ("effort", "shoulder", "", "seen.spring, seen.damper, seen.bumper"),
+        ("effort", "shoulder", "brake", "seen.spring, seen.damper, seen.bumper"),
+        ("orientation", "box", "", "seen.w, seen.x, seen.y, seen.z"),
+    ] {
+        let sensor = format!("type = \"{kind}\"\nof = \"{of}\"\n");
+        let text = sensing(&held, &sensor, part, "");
+        let source = ModelText::from_text(Path::new("model.toml"), text);
+        let model = source.model(&[]).unwrap_or_else(|error| panic!("{kind} of {of}: {error}"));
+        let error = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        let GradientFailure::Model(ModelError::Unsupported { what, help, .. }) = error else {
+            panic!("{kind} of {of}: {error}");
+        };
+        println!("{what}: {help}");
+        assert!(what.contains("`seen`") && help.contains(remedy), "{kind} of {of}: {what}: {help}");
+    }
+}

@@ -1,0 +1,74 @@
+//! How the efforts that laws and bushings state at a node change with its state.
+//!
+//! ```text
+//! δτ = Σ_j ∂τ/∂y_j δy_j        y: what the law reads, joint coordinates, points, ξ of a bushing
+//! ```
+//! Of [`NamedForce::efforts`] and [`ForceElements::bushing_efforts`].
+
+use super::force::{ElementForce, ForceElements, NamedForce};
+use crate::force::joint_force::JointForce;
+use crate::geometry::six_coordinates::Vector6;
+use vi_core::Configuration;
+
+impl NamedForce {
+    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v` of number `k` of the efforts at a
+    /// node, both of shape `n`; nothing where it is no law.
+    pub fn add_effort_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        (k, scale): (usize, f64),
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        match &self.force {
+            ElementForce::Joint(JointForce { coordinate, law }) => {
+                let slopes = law.slopes(at.t, coordinate.at(at), coordinate.rate(at.q, v));
+                let by_rate = scale * slopes.by_rate;
+                coordinate.add_gradient(at.q, scale * slopes.by_coordinate, q);
+                coordinate.for_each_bend(at.q, v, by_rate, |i, slope| q[i] += slope);
+                coordinate.add_gradient(at.q, by_rate, of_v);
+            }
+            ElementForce::Tension(force) => {
+                force.add_tension_slopes((at.t, at.q, v), scale, [q, of_v]);
+            }
+            ElementForce::Wrench(force) => {
+                force.add_effort_slopes((at.t, at.q, v), (k, scale), [q, of_v]);
+            }
+            ElementForce::Law(force) => force.add_effort_slopes(at, v, (k, scale), [q, of_v]),
+            _ => {}
+        }
+    }
+
+    /// Whether its efforts are no function of a node: they follow from states of signals, from what
+    /// is held or past.
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        match &self.force {
+            ElementForce::Law(force) => force.reading.remembers(),
+            ElementForce::Six(force) => force.reading.remembers(),
+            _ => false,
+        }
+    }
+}
+
+impl ForceElements {
+    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v` of the efforts of the bushing of
+    /// this name at a node, both of shape `n`.
+    pub fn add_bushing_slopes(
+        &self,
+        name: &str,
+        at: Configuration<'_>,
+        v: &[f64],
+        w: &Vector6,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        for own in self.bushings.iter().filter(|own| own.name == name) {
+            own.spring.add_slopes(at.q, w, q);
+        }
+        for own in self.forces.iter().filter(|own| own.name == name) {
+            if let ElementForce::Six(force) = &own.force {
+                force.add_slopes(at, v, w, [&mut *q, &mut *of_v]);
+            }
+        }
+    }
+}
