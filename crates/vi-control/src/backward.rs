@@ -123,11 +123,11 @@ impl NodeForces {
     ) {
         let Self { cost, by_step, q, p, lambda, .. } = self;
         lambda.iter_mut().zip(impulse).for_each(|(lambda, impulse)| *lambda = impulse / h);
-        *cost += objective.of_forces((node, lambda), at);
-        objective.add_of_forces((node, lambda), at, [q, p, &mut *by_impulse], parameters);
+        let slopes = [&mut q[..], p, &mut *by_impulse];
+        let [own, along] = objective.add_of_forces((node, lambda), at, slopes, parameters);
+        *cost += own;
         // λ = (hλ)/h; the weight of the trapezoidal rule grows with h
-        let along = Place { is_last: false, ..at };
-        *by_step += objective.of_forces((node, lambda), along) - dot(by_impulse, lambda);
+        *by_step += along - dot(by_impulse, lambda);
         by_impulse.iter_mut().for_each(|by| *by /= h);
     }
 
@@ -139,9 +139,9 @@ impl NodeForces {
         parameters: &mut [f64],
     ) {
         let Self { cost, by_step, q, p, by_force, .. } = self;
-        let own = objective.of_forces((node, &[]), at);
-        (*cost, *by_step) = (*cost + own, *by_step + own);
         by_force.fill(0.0);
-        objective.add_of_forces((node, &[]), at, [q, p, by_force], parameters);
+        let slopes = [&mut q[..], p, by_force];
+        let [own, along] = objective.add_of_forces((node, &[]), at, slopes, parameters);
+        (*cost, *by_step) = (*cost + own, *by_step + along);
     }
 }

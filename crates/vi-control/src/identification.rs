@@ -395,12 +395,12 @@ impl Found<'_> {
         let [mut q, mut p] = [(); 2].map(|()| vec![0.0; state.q.len()]);
         let mut moved = vec![0.0; parameters];
         let slopes = [&mut q[..], &mut p, &mut []];
-        reader.add_slopes((y, &|_| weight), (state, &[]), slopes, &mut moved);
+        let value = reader.add_slopes((y, &|_| weight), (state, &[]), slopes, &mut moved);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| moved[k]);
             change(j, dot(&q, &own.q) + dot(&p, &own.p) + moved);
         }
-        weight * reader.value(y, state, &[])
+        weight * value
     }
 }
 

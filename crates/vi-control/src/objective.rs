@@ -78,14 +78,14 @@ pub trait ForceTerm: Term {
     fn of_node(&self, node: &State, lambda: &[f64]) -> f64;
     /// Adds `scale` times its derivatives by `q`, `p̄` and `λ`, and the explicit ones by parameters.
     /// Where `λ` is that of the acceleration level, by forces on the coordinates in its place, shape
-    /// `n`, or not where that is empty.
+    /// `n`, or not where that is empty. Returns what the node costs.
     fn add_of_node(
         &self,
         node: (&State, &[f64]),
         scale: f64,
         slopes: [&mut [f64]; 3],
         parameters: &mut [f64],
-    );
+    ) -> f64;
 }
 
 /// The place of a node in a run.
@@ -389,37 +389,42 @@ impl Objective {
         !self.forces.is_empty()
     }
 
-    fn forces_at(&self, at: Place) -> impl Iterator<Item = (f64, &dyn ForceTerm)> {
-        let all = self
-            .forces
-            .iter()
-            .map(move |(weight, counted, term)| (weight * counted.weight(at), &**term));
-        all.filter(|(weight, _)| *weight != 0.0)
+    /// The terms that count at a node: weight, that of the trapezoidal rule, term.
+    fn forces_at(&self, at: Place) -> impl Iterator<Item = ([f64; 2], &dyn ForceTerm)> {
+        let path = Place { is_last: false, ..at };
+        let all = self.forces.iter().map(move |(weight, counted, term)| {
+            ([at, path].map(|at| weight * counted.weight(at)), &**term)
+        });
+        all.filter(|(weights, _)| weights[0] != 0.0)
     }
 
     /// What a node costs with the multipliers of the step from there; those of the acceleration
     /// level where `lambda` is empty, as at the first node.
     #[must_use]
     pub fn of_forces(&self, node: (&State, &[f64]), at: Place) -> f64 {
-        let one = |(weight, term): (f64, &dyn ForceTerm)| match node.1 {
+        let one = |([weight, _], term): ([f64; 2], &dyn ForceTerm)| match node.1 {
             [] => weight * term.of_end(node.0),
             lambda => weight * term.of_node(node.0, lambda),
         };
         self.forces_at(at).map(one).sum()
     }
 
-    /// Adds its derivatives as [`ForceTerm::add_of_node`] does.
+    /// Adds its derivatives as [`ForceTerm::add_of_node`] does; returns what it costs, and how much of
+    /// that counts along the path.
     pub fn add_of_forces(
         &self,
         node: (&State, &[f64]),
         at: Place,
         [q, p, of_lambda]: [&mut [f64]; 3],
         parameters: &mut [f64],
-    ) {
-        for (weight, term) in self.forces_at(at) {
+    ) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (weights, term) in self.forces_at(at) {
             let slopes = [&mut *q, &mut *p, &mut *of_lambda];
-            term.add_of_node(node, weight, slopes, parameters);
+            let cost = term.add_of_node(node, weights[0], slopes, parameters);
+            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
         }
+        sums
     }
 
     /// Takes note of a node of a run, one after the other, before it counts.

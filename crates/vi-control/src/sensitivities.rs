@@ -213,8 +213,8 @@ impl Sensitivities {
         let [mut q, mut p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
         let mut of_lambda = vec![0.0; if is_first { node.q.len() } else { lambda.len() }];
         let slopes = [&mut q[..], &mut p, &mut of_lambda];
-        objective.add_of_forces((node, lambda), at, slopes, &mut self.of_parameters);
-        let along = objective.of_forces((node, lambda), Place { weight, is_last: false });
+        let parameters = &mut self.of_parameters;
+        let [_, along] = objective.add_of_forces((node, lambda), at, slopes, parameters);
         for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
             *rate += dot(&q, &own.q) + dot(&p, &own.p);
             *rate += match (is_first, self.directions[k].controls.first()) {

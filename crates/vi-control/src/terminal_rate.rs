@@ -102,15 +102,17 @@ impl NodeReader {
         Ok(Self { mechanism, mass, velocity, level, n, m })
     }
 
-    /// With a number and its derivatives by `q` and `p̄` where those are wanted: `then` gets the
-    /// node. `None` where the node is not determined.
+    /// With the node as a number reads it. `None` where the node is not determined.
     fn with<T>(
         &self,
-        state: &State,
-        lambda: &[f64],
+        y: &dyn NodeQuantity,
+        (state, lambda): (&State, &[f64]),
         then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
         let at = state.configuration();
+        if !(lambda.is_empty() || y.reads_velocity()) {
+            return Some(then(Node { at, v: &[], lambda, a: &[] }));
+        }
         match (&self.level, lambda) {
             (Some((level, own)), []) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
@@ -129,45 +131,52 @@ impl NodeReader {
     /// is empty, those of the acceleration level. Not a number where the node is not determined.
     #[must_use]
     pub fn value(&self, y: &dyn NodeQuantity, state: &State, lambda: &[f64]) -> f64 {
-        self.with(state, lambda, |node| y.value(node)).unwrap_or(f64::NAN)
+        self.with(y, (state, lambda), |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
     /// Adds the derivatives of a number by `q`, `p̄` and `λ`, that of the step from the node, and
     /// those by parameters at fixed `q`, `p̄` and `λ`, all times what `weigh` makes of the number.
     /// Of the acceleration level, where `lambda` is empty, by forces in the place of `λ`, shape `n`
-    /// or empty.
+    /// or empty. Returns the number.
     pub fn add_slopes(
         &self,
         (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
         (state, lambda): (&State, &[f64]),
         [q, p, of_lambda]: [&mut [f64]; 3],
         parameters: &mut [f64],
-    ) {
+    ) -> f64 {
         let at = state.configuration();
         let Self { mechanism, n, m, .. } = self;
         let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
         let mut of_level = vec![0.0; *m];
-        let own = self.with(state, lambda, |node| {
+        let own = self.with(y, (state, lambda), |node| {
             let lambda = if lambda.is_empty() { &mut of_level[..] } else { &mut of_lambda[..] };
             let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a: &mut of_a };
-            let scale = weigh(y.value(node));
+            let value = y.value(node);
+            let scale = weigh(value);
             y.add_slopes(node, scale, out);
             for (k, out) in parameters.iter_mut().enumerate() {
                 *out += scale * y.by_parameter(k, node);
             }
+            value
         });
-        if own.is_none() {
-            return q.fill(f64::NAN);
+        let Some(value) = own else {
+            q.fill(f64::NAN);
+            return f64::NAN;
+        };
+        if !(lambda.is_empty() || y.reads_velocity()) {
+            return value;
         }
         match (&self.level, lambda) {
             (Some((level, own)), []) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 let slopes = [&of_v[..], &of_a, &of_level];
                 if own.pull(mechanism, &*level.system, at, slopes, [&mut *q, p]).is_err() {
-                    return q.fill(f64::NAN);
+                    q.fill(f64::NAN);
+                    return f64::NAN;
                 }
                 of_lambda.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
-                let Some(design) = &level.design else { return };
+                let Some(design) = &level.design else { return value };
                 for (k, out) in parameters.iter_mut().enumerate() {
                     *out += own.pulled_by_parameter(at, &**design, k);
                 }
@@ -175,13 +184,15 @@ impl NodeReader {
             _ => {
                 let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
                 if own.pull(mechanism, at, &of_v, [&mut *q, p]).is_err() {
-                    return q.fill(f64::NAN);
+                    q.fill(f64::NAN);
+                    return f64::NAN;
                 }
                 for (k, out) in parameters.iter_mut().enumerate() {
                     *out += own.pulled_by_parameter(at, k);
                 }
             }
         }
+        value
     }
 }
 
@@ -251,8 +262,9 @@ impl<Q: NodeQuantity> ForceTerm for TerminalRate<Q> {
         scale: f64,
         slopes: [&mut [f64]; 3],
         parameters: &mut [f64],
-    ) {
+    ) -> f64 {
         let weigh = |y: f64| scale * (y - self.target);
-        self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
+        let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
+        0.5 * (y - self.target) * (y - self.target)
     }
 }

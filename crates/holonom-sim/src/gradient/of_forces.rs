@@ -50,6 +50,9 @@ impl NodeQuantity for Transmitted {
     fn reads(&self) -> Reads {
         Reads { forces: true, accelerations: false }
     }
+    fn reads_velocity(&self) -> bool {
+        false
+    }
 }
 
 /// `B·(ẍ − γ)`, or a component of `ẍ` where `B` is constant.
