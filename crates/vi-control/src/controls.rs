@@ -160,10 +160,10 @@ impl Controls {
     pub(crate) fn of_force(&self, node: Configuration<'_>, by_force: &[f64]) -> Vec<f64> {
         let mut standing = Interval::new(node.q.len());
         standing.gather_at(node, &vec![0.0; node.q.len()], 1.0);
-        let along = |own: &Box<dyn ControlForce>| {
+        let along = |own: &dyn ControlForce| {
             Slot::BOTH.iter().map(|slot| own.along(&standing, *slot, by_force)).sum()
         };
-        self.forces.iter().map(along).collect()
+        self.forces.iter().map(|own| along(&**own)).collect()
     }
 
     /// Lets the values of a macro step act.
