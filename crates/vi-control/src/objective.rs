@@ -76,9 +76,9 @@ pub trait Term: Send + Sync {
 pub trait ForceTerm: Term {
     /// What a node costs; `lambda`: shape `m`.
     fn of_node(&self, node: &State, lambda: &[f64]) -> f64;
-    /// Adds `scale` times its derivatives by `q`, `p̄` and `λ`, and the explicit ones by parameters.
-    /// Where `λ` is that of the acceleration level, by forces on the coordinates in its place, shape
-    /// `n`, or not where that is empty. Returns what the node costs.
+    /// Adds `scale` times its derivatives by `q`, `p̄`, `λ`, and the explicit ones by parameters.
+    /// Where `λ` is that of the acceleration level, by forces on the coordinates in its place,
+    /// shape `n`, or not where that is empty. Returns what the node costs.
     fn add_of_node(
         &self,
         node: (&State, &[f64]),
@@ -409,8 +409,8 @@ impl Objective {
         self.forces_at(at).map(one).sum()
     }
 
-    /// Adds its derivatives as [`ForceTerm::add_of_node`] does; returns what it costs, and how much of
-    /// that counts along the path.
+    /// Adds its derivatives as [`ForceTerm::add_of_node`] does; returns what it costs, and how much
+    /// of that counts along the path.
     pub fn add_of_forces(
         &self,
         node: (&State, &[f64]),

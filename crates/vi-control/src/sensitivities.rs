@@ -4,8 +4,9 @@
 //! δq_n, δp̄_n, δz_n of each direction by [2.37],   dJ along it: Σ (∂ℓ_n) + ∂Φ
 //! ```
 //! Multipliers of a node, `hλ`, and their changes are those of the step from there: it is taken,
-//! and the run goes back ([`Sensitivities::find_forces`]). The price is one linear solve for each step and direction: less than backward where numbers that
-//! are wanted outnumber the directions, as residuals of measurements.
+//! and the run goes back ([`Sensitivities::find_forces`]). The price is one linear solve for each
+//! step and direction: less than backward where numbers that are wanted outnumber the directions,
+//! as residuals of measurements.
 //!
 //! *Growth.* Along a chaotic motion a tangent grows as `e^{ΛT}`. The derivative of the discrete
 //! motion stays exact to its own precision, but a change as small as the rounding of a model then

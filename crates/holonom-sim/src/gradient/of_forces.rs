@@ -1,9 +1,9 @@
 //! Sensors of reactions, efforts of constraints, tensions of bars, accelerations.
 //!
 //! ```text
-//! reaction, effort of a constraint, tension      of λ: that of the step from the node, at the start and with sub-steps
-//!                                                that of the acceleration level
-//! acceleration, angular acceleration, imu        of a at the acceleration level, as at the end of a run
+//! reaction, effort of a constraint, tension    of λ: that of the step; at the start, by sub-steps
+//!                                              that of the acceleration level
+//! acceleration, angular acceleration, imu      of a at the acceleration level, as at the end
 //!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
 //! ```
 

@@ -18,8 +18,8 @@
 //! Where the number depends on `h λ` as well, `G μ = −∂J/∂(h λ)` is the second line. Both solve
 //! with one factorization of `[hA, −Gᵀ; G(q'), 0]` over independent rows; `h λ` follows
 //! from it too, since `[0; −hλ]` solves it with `[p̄ + D_1 L_d + f_d^-; 0]`, which is in the range
-//! of `Gᵀ`. Else `μ` is tangent: of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked, not
-//! solved.
+//! of `Gᵀ`. Else `μ` is tangent: of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked,
+//! not solved.
 #![allow(non_snake_case)] // A, B, C, D, G
 
 use crate::constraints::{Constraints, RowSums};

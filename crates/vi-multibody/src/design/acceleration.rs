@@ -120,7 +120,7 @@ impl NodeAcceleration {
         &self.lambda
     }
 
-    /// Adds the derivatives by `q` and `p̄`, shape `n`, of a number with these by `v̂`, `a` and `λ`.
+    /// Adds the derivatives by `q` and `p̄`, shape `n`, of a number with these by `v̂`, `a`, `λ`.
     ///
     /// # Errors
     /// As of [`NodeAcceleration::find`].

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! y = −σ Σ_i λ_i G_i ξ       rows of a joint; ξ: the motion of its child along a component
-//!     force along e: ξ = (e, 0);     moment about e: ξ = (e × (φ − x), e × d_I),  x the child's anchor
+//!     force along e: ξ = (e, 0);   moment about e: ξ = (e × (φ − x), e × d_I),  x: child's anchor
 //! ∂y/∂λ_i = −σ G_i ξ,   ∂y/∂q = −σ (Σ λ_i D²g_i) ξ − σ ξ_qᵀ Gᵀλ,   y_θ = −σ λ·(G_θ ξ + G ξ_θ)
 //! y = c Σ λ_i                a tension, an effort along a row
 //! ```
