@@ -7,6 +7,7 @@
 //! ```
 //! A value acts over `hold` macro steps; in compositions over all their sub-steps.
 
+use vi_core::Configuration;
 use vi_core::force::Force as _;
 use vi_core::interval::{Interval, Slot};
 use vi_core::linear::dot;
@@ -152,6 +153,17 @@ impl Controls {
     #[must_use]
     pub fn at(&self, step: usize) -> &[f64] {
         self.place(step).map_or(&[], |place| &self.values[place])
+    }
+
+    /// The derivatives by all values of a number that changes by `by_force` with forces on the
+    /// coordinates at a node, shape `n`.
+    pub(crate) fn of_force(&self, node: Configuration<'_>, by_force: &[f64]) -> Vec<f64> {
+        let mut standing = Interval::new(node.q.len());
+        standing.gather_at(node, &vec![0.0; node.q.len()], 1.0);
+        let along = |own: &dyn ControlForce| {
+            Slot::BOTH.iter().map(|slot| own.along(&standing, *slot, by_force)).sum()
+        };
+        self.forces.iter().map(|own| along(&**own)).collect()
     }
 
     /// Lets the values of a macro step act.

@@ -17,11 +17,12 @@
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.
 
+use crate::backward::{Backward, NodeForces};
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
-use crate::objective::{NodeCost, Objective, Seen, StepGradient};
+use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::costate_sweep::{Linearization, Tangents};
 use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::{Costate, Sources};
 use vi_constraints::scheme::StepError;
@@ -153,14 +154,22 @@ impl Gradient {
         let whole =
             task.design.is_some_and(Design::moves_constraints) || task.objective.counts_nodes();
         let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
-        let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as _;
+        let general = || Linearization::new(run.method(), (n, m), run.rows());
+        let counts_forces = task.objective.counts_forces();
+        if counts_forces && (run.reads_states() || task.steps == 0) {
+            let what = "multipliers of steps that are not of order 2";
+            return Err(GradientError::NotDifferentiable { what });
+        }
+        let fast = if counts_forces { None } else { run.costate_sweep(along) };
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         task.objective.follow(state, Seen::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
             start: state.t,
-            costates: run.costate_sweep(along).unwrap_or_else(general),
+            costates: Backward::new(fast, general),
+            forces: NodeForces::zero(n, m),
+            beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
             nodes: Vec::new(),
@@ -174,7 +183,7 @@ impl Gradient {
         };
         sweep.piece(run, 0..task.steps, &levels)?;
         if task.steps == 0 {
-            sweep.end(run);
+            sweep.end(run)?;
         }
         let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
         if !found.value.is_finite() {
@@ -221,7 +230,9 @@ fn add_node(
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     start: f64, // t_0
-    costates: Box<dyn CostateSweep<S, C>>,
+    costates: Backward<S, C>,
+    forces: NodeForces,
+    beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
     p: Vec<f64>,       // n  the momentum that is held where the run is
     nodes: Vec<State>, // of the recorded macro steps, with p̃, where they cost
@@ -339,13 +350,34 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             nodes.push(holding(run.state(), p));
         }
         if ends && *first {
-            self.end(run);
+            self.end(run)?;
         }
         Ok(())
     }
 
+    /// The step from the last node, which the run does not take: its multipliers are those of the
+    /// node.
+    fn step_beyond(&mut self, run: &mut Integrator<S, C>) -> Result<(), GradientError> {
+        let step = self.task.steps;
+        let last = run.state().clone();
+        self.task.controls.set(step);
+        let Self { beyond, p, .. } = self;
+        beyond.clear();
+        let taken = run.step_with(&mut |_, _, taken| beyond.push(step, taken.points(), p));
+        taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+        run.place_at(&last);
+        let node = holding(&last, &self.p);
+        let mut tape = std::mem::take(&mut self.beyond);
+        let pulled = self.pull(run, tape.at(0), Some(&node));
+        self.beyond = tape;
+        pulled
+    }
+
     /// The last node.
-    fn end(&mut self, run: &Integrator<S, C>) {
+    fn end(&mut self, run: &mut Integrator<S, C>) -> Result<(), GradientError> {
+        if self.task.objective.counts_forces() {
+            self.step_beyond(run)?;
+        }
         let (state, costate) = (run.state(), &mut self.costate);
         self.found.value += self.task.objective.of_end(state);
         self.task.objective.add_of_end(state, &mut costate.q, &mut costate.p);
@@ -353,68 +385,115 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if let Some(last) = self.tape.len().checked_sub(1) {
             self.costates.hold(run.system(), self.tape.at(last).points, costate);
         }
+        Ok(())
     }
 
     /// Back over what is recorded.
     fn back(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError> {
-        let Task { objective, controls, design, by_step, .. } = *self.task;
-        let (system, constraints) = (run.system(), run.constraints());
-        let Self { costates, costate, of_step, sources, sums, tape, nodes, found, .. } = self;
+        let mut tape = std::mem::take(&mut self.tape);
+        let nodes = std::mem::take(&mut self.nodes);
         for k in (0..tape.len()).rev() {
             if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
                 let last = (&nodes[..], nodes.len().saturating_sub(1));
-                let found = &mut found.parameters;
+                let (costate, found) = (&mut self.costate, &mut self.found.parameters);
                 self.by_step += add_node(self.task, last, true, costate, found);
             }
-            let Taken { step, points, p } = tape.at(k);
-            let s = points.last().expect("a step has an end");
-            let singular = |_: Singular| GradientError::Singular { step: step + 1 };
-            controls.set(step);
-            of_step.clear();
-            objective.add_of_step(s, controls.at(step), of_step);
-            add(&of_step.end, &mut costate.q);
-            if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
-                design.add_internal_adjoint(s, &costate.z, sums);
-            }
-            costates.pull(system, constraints, points, p, costate).map_err(singular)?;
-            add(&of_step.start, &mut costate.q);
-            let place = controls.place(step);
-            if let Some(place) = place {
-                add(&of_step.controls, &mut found.controls[place]);
-            }
-            if design.is_some() {
-                objective.add_parameters_of_step(s, controls.at(step), &mut found.parameters);
-            }
-            if by_step {
-                self.by_step += s.h * of_step.step;
-            }
-            let (mut along, mut refused) = (0.0, None);
-            costates.for_each_part(points, &mut |at, impulse, costates| {
-                if let Some(place) = place.filter(|_| at.has_forces()) {
-                    let own = found.controls[place].iter_mut().zip(controls.forces());
-                    for (gradient, force) in own {
-                        *gradient += force.along(at.interval(), Slot::Second, costates.momentum)
-                            - force.along(at.interval(), Slot::First, costates.step); // [2.39]
-                    }
-                }
-                if let Some(design) = design {
-                    design.add_adjoint(at, impulse, costates, sums); // [2.40]
-                }
-                if by_step {
-                    let at = (at, self.start);
-                    let slopes = step_sources(system, constraints, at, impulse, sources);
-                    refused = slopes.err().or(refused.take());
-                    let Sources { minus, plus, .. } = &*sources;
-                    along += dot(plus, costates.momentum) - dot(minus, costates.step);
-                }
-            });
-            refused.map_or(Ok(()), Err)?;
-            self.by_step += along;
-            if k == 0 || tape.step(k - 1) != step {
-                let (node, found) = ((&nodes[..], step - tape.step(0)), &mut found.parameters);
+            let step = tape.step(k);
+            let starts = k == 0 || tape.step(k - 1) != step;
+            let node = step - tape.step(0);
+            self.pull(run, tape.at(k), nodes.get(node).filter(|_| starts))?;
+            if starts {
+                let node = (&nodes[..], node);
+                let (costate, found) = (&mut self.costate, &mut self.found.parameters);
                 self.by_step += add_node(self.task, node, step == 0, costate, found);
             }
         }
+        (self.tape, self.nodes) = (tape, nodes);
+        Ok(())
+    }
+
+    /// Back over a (sub-)step; `node`: where it starts, of a macro step.
+    fn pull(
+        &mut self,
+        run: &Integrator<S, C>,
+        taken: Taken<'_>,
+        node: Option<&State>,
+    ) -> Result<(), GradientError> {
+        let Task { objective, controls, design, by_step, steps, .. } = *self.task;
+        let (system, constraints) = (run.system(), run.constraints());
+        let Self { costates, costate, of_step, sources, sums, forces, found, .. } = self;
+        let Taken { step, points, p } = taken;
+        let s = points.last().expect("a step has an end");
+        let singular = |_: Singular| GradientError::Singular { step: step + 1 };
+        controls.set(step);
+        of_step.clear();
+        let is_counted = step < steps; // else it is that beyond the last node
+        if is_counted {
+            objective.add_of_step(s, controls.at(step), of_step);
+        }
+        add(&of_step.end, &mut costate.q);
+        if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
+            design.add_internal_adjoint(s, &costate.z, sums);
+        }
+        let node = node.filter(|_| objective.counts_forces());
+        forces.clear();
+        if let (Some(node), true) = (node, step > 0) {
+            let weight = if is_counted { s.h } else { 0.5 * s.h };
+            let at = NodePlace { weight, is_last: !is_counted };
+            let parameters = &mut found.parameters[..];
+            let mut cost = |impulse: &[f64], out: &mut [f64]| {
+                forces.find(objective, (node, at), (impulse, s.h), parameters, out);
+            };
+            costates.pull_with(system, constraints, (points, p), costate, &mut cost)
+        } else {
+            costates.pull(system, constraints, points, p, costate)
+        }
+        .map_err(singular)?;
+        if let (Some(node), 0) = (node, step) {
+            let at = NodePlace { weight: 0.5 * s.h, is_last: false };
+            forces.find_first(objective, (node, at), &mut found.parameters);
+            if let Some(place) = controls.place(step) {
+                let own = controls.of_force(node.configuration(), &forces.by_force);
+                add(&own, &mut found.controls[place]);
+            }
+        }
+        found.value += forces.cost;
+        self.by_step += forces.by_step;
+        add(&forces.q, &mut costate.q);
+        add(&forces.p, &mut costate.p);
+        add(&of_step.start, &mut costate.q);
+        let place = controls.place(step);
+        if let Some(place) = place {
+            add(&of_step.controls, &mut found.controls[place]);
+        }
+        if design.is_some() && is_counted {
+            objective.add_parameters_of_step(s, controls.at(step), &mut found.parameters);
+        }
+        if by_step {
+            self.by_step += s.h * of_step.step;
+        }
+        let (mut along, mut refused) = (0.0, None);
+        costates.for_each_part(points, &mut |at, impulse, costates| {
+            if let Some(place) = place.filter(|_| at.has_forces()) {
+                let own = found.controls[place].iter_mut().zip(controls.forces());
+                for (gradient, force) in own {
+                    *gradient += force.along(at.interval(), Slot::Second, costates.momentum)
+                        - force.along(at.interval(), Slot::First, costates.step); // [2.39]
+                }
+            }
+            if let Some(design) = design {
+                design.add_adjoint(at, impulse, costates, sums); // [2.40]
+            }
+            if by_step {
+                let at = (at, self.start);
+                let slopes = step_sources(system, constraints, at, impulse, sources);
+                refused = slopes.err().or(refused.take());
+                let Sources { minus, plus, .. } = &*sources;
+                along += dot(plus, costates.momentum) - dot(minus, costates.step);
+            }
+        });
+        refused.map_or(Ok(()), Err)?;
+        self.by_step += along;
         Ok(())
     }
 }

@@ -14,15 +14,16 @@
 
 use crate::controls::Controls;
 use crate::least_squares::{Refused, Residuals};
+use crate::node::{Node, NodeQuantity, Reads, Slopes};
 use crate::objective::{Objective, Quantity, Seen};
-use crate::sensitivities::{Beside, Direction, Growth, Sensitivities};
-use crate::terminal_rate::NodeQuantity;
+use crate::sensitivities::{Beside, Direction, Growth, NodeForces, Sensitivities};
+use crate::terminal_rate::{Level, NodeReader};
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::design::Design;
 use vi_constraints::linearization::Tangent;
 use vi_core::linear::dot;
-use vi_core::{Configuration, MechanicalSystem};
+use vi_core::{Configuration, MechanicalSystem, State};
 use vi_multibody::design::MechanismTangent;
 use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::run::MechanismIntegrator;
@@ -44,6 +45,8 @@ pub struct Trial {
     pub tangents: Vec<MechanismTangent>,
     /// What is measured, in the order of the sensors of [`Series`].
     pub quantities: Vec<Measurable>,
+    /// The acceleration level, where a quantity reads multipliers or accelerations.
+    pub level: Option<Level>,
 }
 
 impl std::fmt::Debug for Trial {
@@ -79,6 +82,14 @@ impl std::fmt::Debug for Measurable {
 }
 
 impl Measurable {
+    /// What it reads of a node.
+    fn reads(&self) -> Reads {
+        match self {
+            Self::Configuration(_) => Reads::default(),
+            Self::Node(own) => own.reads(),
+        }
+    }
+
     /// Takes note of a node, one after the other.
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         match self {
@@ -318,6 +329,7 @@ struct Found<'a> {
     tangents: &'a [Tangent],
     directions: &'a [Direction],
     changes: &'a [Vec<f64>], // of v, along the directions; empty where v is not read
+    forces: Option<&'a NodeForces>, // where they are read
 }
 
 impl Found<'_> {
@@ -358,12 +370,37 @@ impl Found<'_> {
         let Self { at, v, .. } = *self;
         of_q.fill(0.0);
         of_v.fill(0.0);
-        y.add_slopes(at, v, weight, [&mut *of_q, &mut *of_v]);
+        let lambda = self.forces.map_or(&[][..], |own| &own.lambda);
+        let mut of_lambda = vec![0.0; lambda.len()];
+        let node = Node { lambda, ..Node::moving(at, v) };
+        let out = Slopes { q: of_q, v: of_v, lambda: &mut of_lambda, a: &mut [] };
+        y.add_slopes(node, weight, out);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
-            let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, at, v));
-            change(j, dot(of_q, &own.q) + dot(of_v, &self.changes[j]) + weight * moved);
+            let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, node));
+            let by_forces = self.forces.map_or(0.0, |own| dot(&of_lambda, &own.changes[j]));
+            let moving = dot(of_q, &own.q) + dot(of_v, &self.changes[j]);
+            change(j, moving + by_forces + weight * moved);
         }
-        weight * y.value(at, v)
+        weight * y.value(node)
+    }
+
+    /// The same of what reads the acceleration level; `parameters`: of the design.
+    fn of_level(
+        &self,
+        (y, reader, state): (&dyn NodeQuantity, &NodeReader, &State),
+        weight: f64,
+        parameters: usize,
+        mut change: impl FnMut(usize, f64),
+    ) -> f64 {
+        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; state.q.len()]);
+        let mut moved = vec![0.0; parameters];
+        let slopes = [&mut q[..], &mut p, &mut []];
+        let value = reader.add_slopes((y, &|_| weight), (state, &[]), slopes, &mut moved);
+        for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
+            let moved = direction.parameter.map_or(0.0, |k| moved[k]);
+            change(j, dot(&q, &own.q) + dot(&p, &own.p) + moved);
+        }
+        weight * value
     }
 }
 
@@ -394,6 +431,10 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         if let Some(jacobian) = jacobian.as_deref_mut() {
             jacobian.fill(0.0);
         }
+        let reads = trial.quantities.iter().fold(Reads::default(), |all, own| all.or(own.reads()));
+        let parameters = trial.tangents.len();
+        let level = trial.level.take().filter(|_| reads.any());
+        let reader = level.map(|own| NodeReader::new(&trial.run, &trial.tangents, Some(own)));
         let objective = Objective::default();
         let mut slope = vec![0.0; trial.run.state().q.len()];
         let mut of_v = slope.clone();
@@ -416,7 +457,21 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             if let Some(all) = velocities.as_mut().filter(|_| of_rates) {
                 all.find(&trial, &directions, &tangents)?;
             }
-            let at = trial.run.state().configuration();
+            let of_step = |own: &Share| {
+                let reads = trial.quantities[self.series[own.series].sensor].reads();
+                reads == Reads { forces: true, accelerations: false }
+                    && reached > 0
+                    && !trial.run.reads_states()
+            };
+            let mut forces = None;
+            if own.iter().any(of_step) {
+                let Trial { run, controls, design, .. } = &mut trial;
+                let design = design.as_deref();
+                let beside = Beside { controls, design, objective: &objective };
+                forces = Some(tangents.find_forces(run, beside).map_err(refused)?.clone());
+            }
+            let state = trial.run.state();
+            let at = state.configuration();
             let none = Vec::new();
             let v = velocities.as_ref().map_or(&none, |all| &all.v);
             for share in own {
@@ -426,6 +481,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                     tangents: tangents.tangents(),
                     directions: &directions,
                     changes: velocities.as_ref().map_or(&[], |all| &all.changes),
+                    forces: forces.as_ref(),
                 };
                 let change = |j: usize, change: f64| {
                     if let Some(jacobian) = jacobian.as_deref_mut() {
@@ -436,6 +492,18 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 out[share.row] += match quantity {
                     Measurable::Configuration(own) => {
                         found.of_configuration(&**own, share.weights, &mut slope, change)
+                    }
+                    Measurable::Node(own)
+                        if own.reads().accelerations
+                            || own.reads().forces && found.forces.is_none() =>
+                    {
+                        let reader = match &reader {
+                            Some(Ok(reader)) => reader,
+                            Some(Err(error)) => return Err(Refused(error.to_string())),
+                            None => return Err(Refused("its acceleration level".to_owned())),
+                        };
+                        let own = (&**own, reader, state);
+                        found.of_level(own, share.weights[1], parameters, change)
                     }
                     Measurable::Node(own) => {
                         let slopes = [&mut slope[..], &mut of_v[..]];

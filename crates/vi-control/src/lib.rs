@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`gradient`] | all derivatives of the cost of a run by one sweep backward |
 //! | [`sensitivities`] | tangents beside a run: derivatives of the motion along directions |
-//! | [`objective`], [`momentum`], [`terminal_rate`] | the cost of a run as a sum of terms |
+//! | [`objective`], [`momentum`], [`terminal_rate`], [`node`] | the cost of a run as a sum of terms |
 //! | [`controls`] | efforts that are chosen for each step |
 //! | [`checkpoints`], `tape` | which states of a run are kept for the sweep backward |
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
@@ -22,6 +22,7 @@
 #![deny(missing_docs)]
 #![warn(missing_debug_implementations)]
 
+mod backward;
 pub mod checkpoints;
 pub mod constrained_least_squares;
 pub mod controls;
@@ -30,6 +31,7 @@ pub mod identification;
 pub mod kkt;
 pub mod least_squares;
 pub mod momentum;
+pub mod node;
 pub mod objective;
 pub mod optimum;
 #[cfg(feature = "pounce")]

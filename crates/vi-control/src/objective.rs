@@ -71,6 +71,51 @@ pub trait Term: Send + Sync {
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
 
+/// A term of a node and of the multipliers `λ` of the step from there. As a term of the end it has
+/// those of the acceleration level.
+pub trait ForceTerm: Term {
+    /// What a node costs; `lambda`: shape `m`.
+    fn of_node(&self, node: &State, lambda: &[f64]) -> f64;
+    /// Adds `scale` times its derivatives by `q`, `p̄`, `λ`, and the explicit ones by parameters.
+    /// Where `λ` is that of the acceleration level, by forces on the coordinates in its place,
+    /// shape `n`, or not where that is empty. Returns what the node costs.
+    fn add_of_node(
+        &self,
+        node: (&State, &[f64]),
+        scale: f64,
+        slopes: [&mut [f64]; 3],
+        parameters: &mut [f64],
+    ) -> f64;
+}
+
+/// The place of a node in a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// What the trapezoidal rule weighs it with, s.
+    pub weight: f64,
+    /// Whether it is the last one.
+    pub is_last: bool,
+}
+
+/// Where a term counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counted {
+    /// At the last node.
+    AtEnd,
+    /// At every node, by the trapezoidal rule.
+    Along,
+}
+
+impl Counted {
+    /// The factor at a node.
+    fn weight(self, at: Place) -> f64 {
+        match self {
+            Self::AtEnd => f64::from(u8::from(at.is_last)),
+            Self::Along => at.weight,
+        }
+    }
+}
+
 /// Which node of a run is taken note of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seen {
@@ -287,6 +332,7 @@ impl<Q: Quantity> Term for Last<Q> {
 pub struct Objective {
     terms: Vec<(f64, Box<dyn Term>)>,
     along: Vec<(f64, Box<dyn Term>)>, // φ
+    forces: Vec<(f64, Counted, Box<dyn ForceTerm>)>,
 }
 
 impl std::fmt::Debug for Objective {
@@ -320,22 +366,72 @@ impl Objective {
         self.along.push((weight, term));
     }
 
+    /// Adds a term of nodes and of the multipliers of the steps from there: those of order 2.
+    pub fn add_force(&mut self, weight: f64, counted: Counted, term: Box<dyn ForceTerm>) {
+        self.forces.push((weight, counted, term));
+    }
+
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.terms.is_empty() && self.along.is_empty()
+        self.terms.is_empty() && self.along.is_empty() && self.forces.is_empty()
     }
 
     /// Whether nodes cost, beside the last one.
     #[must_use]
     pub fn counts_nodes(&self) -> bool {
-        !self.along.is_empty()
+        !self.along.is_empty() || self.counts_forces()
+    }
+
+    /// Whether multipliers of steps cost.
+    #[must_use]
+    pub fn counts_forces(&self) -> bool {
+        !self.forces.is_empty()
+    }
+
+    /// The terms that count at a node: weight, that of the trapezoidal rule, term.
+    fn forces_at(&self, at: Place) -> impl Iterator<Item = ([f64; 2], &dyn ForceTerm)> {
+        let path = Place { is_last: false, ..at };
+        let all = self.forces.iter().map(move |(weight, counted, term)| {
+            ([at, path].map(|at| weight * counted.weight(at)), &**term)
+        });
+        all.filter(|(weights, _)| weights[0] != 0.0)
+    }
+
+    /// What a node costs with the multipliers of the step from there; those of the acceleration
+    /// level where `lambda` is empty, as at the first node.
+    #[must_use]
+    pub fn of_forces(&self, node: (&State, &[f64]), at: Place) -> f64 {
+        let one = |([weight, _], term): ([f64; 2], &dyn ForceTerm)| match node.1 {
+            [] => weight * term.of_end(node.0),
+            lambda => weight * term.of_node(node.0, lambda),
+        };
+        self.forces_at(at).map(one).sum()
+    }
+
+    /// Adds its derivatives as [`ForceTerm::add_of_node`] does; returns what it costs, and how much
+    /// of that counts along the path.
+    pub fn add_of_forces(
+        &self,
+        node: (&State, &[f64]),
+        at: Place,
+        [q, p, of_lambda]: [&mut [f64]; 3],
+        parameters: &mut [f64],
+    ) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (weights, term) in self.forces_at(at) {
+            let slopes = [&mut *q, &mut *p, &mut *of_lambda];
+            let cost = term.add_of_node(node, weights[0], slopes, parameters);
+            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
+        }
+        sums
     }
 
     /// Takes note of a node of a run, one after the other, before it counts.
     pub fn follow(&self, node: &State, seen: Seen) {
         let all = self.terms.iter().chain(&self.along);
         all.for_each(|(_, term)| term.follow(node.configuration(), seen));
+        self.forces.iter().for_each(|(.., term)| term.follow(node.configuration(), seen));
     }
 
     /// `φ` of a node.

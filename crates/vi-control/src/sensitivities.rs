@@ -3,8 +3,10 @@
 //! ```text
 //! δq_n, δp̄_n, δz_n of each direction by [2.37],   dJ along it: Σ (∂ℓ_n) + ∂Φ
 //! ```
-//! The price is one linear solve for each step and direction: less than backward where numbers that
-//! are wanted outnumber the directions, as residuals of measurements.
+//! Multipliers of a node, `hλ`, and their changes are those of the step from there: it is taken,
+//! and the run goes back ([`Sensitivities::find_forces`]). The price is one linear solve for each
+//! step and direction: less than backward where numbers that are wanted outnumber the directions,
+//! as residuals of measurements.
 //!
 //! *Growth.* Along a chaotic motion a tangent grows as `e^{ΛT}`. The derivative of the discrete
 //! motion stays exact to its own precision, but a change as small as the rounding of a model then
@@ -13,7 +15,7 @@
 
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, step_sources};
-use crate::objective::{Objective, Seen, StepGradient};
+use crate::objective::{Objective, Place, Seen, StepGradient};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
@@ -73,6 +75,17 @@ pub struct Sensitivities {
     start: f64,  // t_0
     length: f64, // of a macro step, s
     p: Vec<f64>, // n  p̄ of a sub-step
+    forces: NodeForces,
+    find: bool, // whether they are to be found
+}
+
+/// The multipliers of a node, those of the step from there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NodeForces {
+    /// `λ`, shape `m`.
+    pub lambda: Vec<f64>,
+    /// `δλ` along each direction, shape `m`.
+    pub changes: Vec<Vec<f64>>,
 }
 
 /// What acts and what counts in a run.
@@ -125,7 +138,98 @@ impl Sensitivities {
             start: state.t,
             length,
             p: state.p.clone(),
+            forces: NodeForces::default(),
+            find: false,
         })
+    }
+
+    /// Counts the steps from this one on, at whose start the run is: which values of controls act.
+    pub fn begin_at(&mut self, step: usize) {
+        self.step = step;
+    }
+
+    /// The multipliers at the present node, of a run with steps of order 2, those of the step from
+    /// there, with their changes. The run stays where it is.
+    ///
+    /// # Errors
+    /// [`GradientError`].
+    pub fn find_forces<S, C>(
+        &mut self,
+        run: &mut Integrator<S, C>,
+        beside: Beside<'_>,
+    ) -> Result<&NodeForces, GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        if run.reads_states() {
+            let what = "multipliers of steps that are not of order 2";
+            return Err(GradientError::NotDifferentiable { what });
+        }
+        let (step, node) = (self.step, run.state().clone());
+        let kept = (self.tangents.clone(), self.rates.clone(), self.of_parameters.clone());
+        beside.controls.set(step);
+        self.p.clone_from(&node.p);
+        self.find = true;
+        let mut found = Ok(());
+        let taken = run.step_with(&mut |system, constraints, taken| {
+            found = self.push(system, constraints, taken, beside);
+        });
+        self.find = false;
+        (self.tangents, self.rates, self.of_parameters) = kept;
+        taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+        run.place_at(&node);
+        found?;
+        Ok(&self.forces)
+    }
+
+    /// Adds what the present node costs by its multipliers; nothing where none cost.
+    ///
+    /// # Errors
+    /// [`GradientError`].
+    pub fn add_forces<S, C>(
+        &mut self,
+        run: &mut Integrator<S, C>,
+        beside: Beside<'_>,
+        is_last: bool,
+    ) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let objective = beside.objective;
+        if !objective.counts_forces() {
+            return Ok(());
+        }
+        let is_first = self.step == 0;
+        beside.controls.set(self.step);
+        if !is_first {
+            self.find_forces(run, beside)?;
+        }
+        let ends = is_first || is_last;
+        let weight = if ends { 0.5 * self.length } else { self.length };
+        let (node, at) = (run.state(), Place { weight, is_last });
+        let NodeForces { lambda, changes } = &self.forces;
+        let lambda = if is_first { &[][..] } else { lambda };
+        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
+        let mut of_lambda = vec![0.0; if is_first { node.q.len() } else { lambda.len() }];
+        let slopes = [&mut q[..], &mut p, &mut of_lambda];
+        let parameters = &mut self.of_parameters;
+        let [_, along] = objective.add_of_forces((node, lambda), at, slopes, parameters);
+        for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
+            *rate += dot(&q, &own.q) + dot(&p, &own.p);
+            *rate += match (is_first, self.directions[k].controls.first()) {
+                (false, _) => dot(&of_lambda, &changes[k]),
+                (true, None) => 0.0,
+                (true, Some(own)) => {
+                    dot(&beside.controls.of_force(node.configuration(), &of_lambda), own)
+                }
+            };
+            if self.directions[k].step {
+                *rate += along / self.length;
+            }
+        }
+        Ok(())
     }
 
     /// One macro step of the run and of all tangents.
@@ -146,6 +250,7 @@ impl Sensitivities {
             beside.objective.follow(run.state(), Seen::First);
         }
         self.add_node(run.state(), beside.objective);
+        self.add_forces(run, beside, false)?;
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
         let (mut pushed, any) = (Ok(()), !self.directions.is_empty());
@@ -208,6 +313,12 @@ impl Sensitivities {
         of_step.controls.resize(w.len(), 0.0);
         of_step.clear();
         objective.add_of_step(s, w, of_step);
+        if self.find {
+            let impulse = linearization.part(points, 0).1;
+            self.forces.lambda.clear();
+            self.forces.lambda.extend(impulse.iter().map(|impulse| impulse / s.h));
+            self.forces.changes.resize_with(self.directions.len(), Vec::new);
+        }
         for (k, direction) in self.directions.iter().enumerate() {
             let tangent = &mut self.tangents[k];
             let rate = &mut self.rates[k];
@@ -241,6 +352,15 @@ impl Sensitivities {
                 linearization.add_sources(part, sources);
             }
             linearization.push(system, constraints, points, tangent).map_err(failed)?;
+            if let (true, Linearization::Step(own, _)) = (self.find, &*linearization) {
+                let (change, lambda) = (&mut self.forces.changes[k], &self.forces.lambda);
+                change.resize(lambda.len(), 0.0);
+                own.impulse_change(s.h, change);
+                // λ = (hλ)/h
+                let grown = if direction.step { 1.0 / self.length } else { 0.0 };
+                let all = change.iter_mut().zip(lambda);
+                all.for_each(|(change, lambda)| *change = *change / s.h - grown * lambda);
+            }
             if let (Some(design), Some(parameter)) = (design, direction.parameter) {
                 design.add_internal(parameter, s, &mut tangent.z);
             }
@@ -263,7 +383,8 @@ impl Sensitivities {
         &self.growth
     }
 
-    /// The rates of the cost along the directions, where the run ends at this state.
+    /// The rates of the cost along the directions, where the run ends at this state; where
+    /// multipliers cost, after [`Sensitivities::add_forces`] of it.
     #[must_use]
     pub fn rates(&self, objective: &Objective, end: &State) -> Vec<f64> {
         let n = end.q.len();

@@ -1,103 +1,44 @@
-//! The cost of a rate at the end of a run.
+//! The cost of a number of a node with its velocity, its multipliers, its acceleration.
 //!
 //! ```text
 //! Φ = ½ (y(q_N, v̂_N) − target)²         [M Gᵀ; G 0](v̂, μ) = (p̄, −g_t)
 //! ∂Φ/∂q, ∂Φ/∂p̄, ∂Φ/∂θ: of y at fixed v̂, and ∂y/∂v̂ pulled back through these equations
 //! ```
-//! A rate along the path has no momentum of its own between the nodes of a step: it is no term of a
-//! sum over steps.
+//! Multipliers and accelerations are those of the acceleration level
+//! ([`vi_multibody::design::acceleration`]), which follow from the same node; with steps of order 2
+//! multipliers are those of the step from the node, `hλ`, which are unknowns of it
+//! ([`ForceTerm`]).
 
-use crate::objective::{Quantity, Seen, Term};
-use std::sync::{Mutex, PoisonError};
+use crate::node::{Node, Slopes};
+pub use crate::node::{NodeQuantity, RateOf};
+use crate::objective::{ForceTerm, Seen, Term};
+use std::sync::{Arc, Mutex, PoisonError};
+use vi_constraints::design::Design;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::linear::Singular;
-use vi_core::{Configuration, MechanicalSystem, SparseMatrix, State};
+use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
+use vi_multibody::design::acceleration::NodeAcceleration;
 use vi_multibody::design::velocity::NodeVelocity;
 use vi_multibody::design::{DesignError, MechanismTangent};
-use vi_multibody::law::Input;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
-/// A number that a node with a velocity has.
-pub trait NodeQuantity: Send + Sync {
-    /// The number.
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64;
-    /// `q ← q + scale ∂y/∂q`, `of_v ← of_v + scale ∂y/∂v`, both of shape `n`.
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, slopes: [&mut [f64]; 2]);
-    /// `∂y/∂θ` at fixed `q` and `v`.
-    fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> f64 {
-        0.0
-    }
-    /// Takes note of a node, one after the other, where the number is continued along the motion.
-    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+/// What the acceleration level of a run follows from.
+#[derive(Clone)]
+pub struct Level {
+    /// The system of the run.
+    pub system: Arc<SeparableSystem>,
+    /// How its forces change with parameters, where there are any.
+    pub design: Option<Arc<dyn Design + Send + Sync>>,
 }
 
-impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        (**self).value(at, v)
-    }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, slopes: [&mut [f64]; 2]) {
-        (**self).add_slopes(at, v, scale, slopes);
-    }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
-        (**self).by_parameter(parameter, at, v)
-    }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
-        (**self).follow(node, seen);
+impl std::fmt::Debug for Level {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Level").finish_non_exhaustive()
     }
 }
 
-/// The rate `ẏ = ∇y·v` of a quantity.
-#[derive(Clone, Debug)]
-pub struct RateOf<Q>(
-    /// Of what.
-    pub Q,
-);
-
-impl<Q: Quantity> NodeQuantity for RateOf<Q> {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        let mut slope = vec![0.0; v.len()];
-        self.0.add_slope(at, 1.0, &mut slope);
-        vi_core::linear::dot(&slope, v)
-    }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
-        self.0.add_slope(at, scale, of_v);
-        let mut along = vec![0.0; v.len()];
-        for (i, sum) in q.iter_mut().enumerate() {
-            along[i] = 1.0;
-            *sum += scale * self.0.second(at, v, &along); // D²y[v, e_i]
-            along[i] = 0.0;
-        }
-    }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
-        self.0.rate_by_parameter(parameter, at, v)
-    }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
-        self.0.follow(node, seen);
-    }
-}
-
-/// What a law reads of a node, but what is held or past.
-impl NodeQuantity for Input {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        self.at_node(at, v, &[])
-    }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
-        self.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
-        self.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);
-    }
-}
-
-/// `½ (y(q_N, v̂_N) − target)²`.
-#[derive(Debug)]
-pub struct TerminalRate<Q> {
-    quantity: Q,
-    target: f64,
-    mechanism: Mechanism,
-    mass: SparseMatrix,
-    node: Mutex<NodeVelocity>,
-}
-
-/// Why a rate has no derivative.
+/// Why a number of a node has no derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RateError {
@@ -107,68 +48,223 @@ pub enum RateError {
     /// A direction that the constraints leave free has no mass.
     #[error("the velocity at a node is not determined: {0}")]
     Undetermined(#[from] Singular),
+    /// The acceleration level is not known by the node alone.
+    #[error(
+        "accelerations, and forces at the start and at sub-steps, have no derivatives with {0}"
+    )]
+    Level(&'static str),
     /// A tangent is not available.
     #[error(transparent)]
     Design(#[from] DesignError),
 }
 
-impl<Q: NodeQuantity> TerminalRate<Q> {
-    /// In a run, where the numbers of its mechanism change so with parameters.
+/// What the numbers of nodes are read from.
+#[derive(Debug)]
+pub struct NodeReader {
+    mechanism: Mechanism,
+    mass: SparseMatrix,
+    velocity: Mutex<NodeVelocity>,
+    level: Option<(Level, Mutex<NodeAcceleration>)>,
+    n: usize,
+    m: usize,
+}
+
+impl NodeReader {
+    /// In a run, where the numbers of its mechanism change so with parameters; with the
+    /// acceleration level where it is read.
     ///
     /// # Errors
     /// [`RateError`].
     pub fn new(
-        (quantity, target): (Q, f64),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
+        level: Option<Level>,
     ) -> Result<Self, RateError> {
         if run.system().adds_mass() {
             return Err(RateError::AddedMass);
         }
         let (mechanism, mass) = (run.constraints().clone(), run.system().mass().clone());
-        let mut node = NodeVelocity::new(&mechanism, run.rows(), tangents)?;
-        node.find(&mechanism, &mass, run.state())?;
-        Ok(Self { quantity, target, mechanism, mass, node: Mutex::new(node) })
+        let mut velocity = NodeVelocity::new(&mechanism, run.rows(), tangents)?;
+        velocity.find(&mechanism, &mass, run.state())?;
+        let level = level.map(|level| {
+            if level.system.interpolation().is_some() {
+                return Err(RateError::Level("beams"));
+            }
+            if level.system.internal_variables() > 0 {
+                return Err(RateError::Level("signals with states, or forces with memory"));
+            }
+            let mut own = NodeAcceleration::new(&mechanism, run.rows(), tangents)?;
+            own.find(&mechanism, &*level.system, run.state())?;
+            Ok((level, Mutex::new(own)))
+        });
+        let (n, m) = (run.state().q.len(), vi_constraints::Constraints::len(&mechanism));
+        let (velocity, level) = (Mutex::new(velocity), level.transpose()?);
+        Ok(Self { mechanism, mass, velocity, level, n, m })
     }
 
-    /// With `e`, `v̂` and the slopes of `y` by `q` and `v`; not a number where `v̂` is none.
-    fn at<T>(
+    /// With the node as a number reads it. `None` where the node is not determined.
+    fn with<T>(
         &self,
-        end: &State,
-        then: impl FnOnce(f64, &[f64], &mut NodeVelocity) -> Result<T, Singular>,
+        y: &dyn NodeQuantity,
+        (state, lambda): (&State, &[f64]),
+        then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
-        let node = &mut *self.node.lock().unwrap_or_else(PoisonError::into_inner);
-        let v = node.find(&self.mechanism, &self.mass, end).ok()?.to_vec();
-        let e = self.quantity.value(end.configuration(), &v) - self.target;
-        then(e, &v, node).ok()
+        let at = state.configuration();
+        if !(lambda.is_empty() || y.reads_velocity()) {
+            return Some(then(Node { at, v: &[], lambda, a: &[] }));
+        }
+        match (&self.level, lambda) {
+            (Some((level, own)), []) => {
+                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+                own.find(&self.mechanism, &*level.system, state).ok()?;
+                Some(then(Node { at, v: own.v(), lambda: own.lambda(), a: own.a() }))
+            }
+            _ => {
+                let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
+                let v = own.find(&self.mechanism, &self.mass, state).ok()?;
+                Some(then(Node { at, v, lambda, a: &[] }))
+            }
+        }
+    }
+
+    /// The number at a node; with the multipliers `lambda` of the step from there, or, where that
+    /// is empty, those of the acceleration level. Not a number where the node is not determined.
+    #[must_use]
+    pub fn value(&self, y: &dyn NodeQuantity, state: &State, lambda: &[f64]) -> f64 {
+        self.with(y, (state, lambda), |node| y.value(node)).unwrap_or(f64::NAN)
+    }
+
+    /// Adds the derivatives of a number by `q`, `p̄` and `λ`, that of the step from the node, and
+    /// those by parameters at fixed `q`, `p̄` and `λ`, all times what `weigh` makes of the number.
+    /// Of the acceleration level, where `lambda` is empty, by forces in the place of `λ`, shape `n`
+    /// or empty. Returns the number.
+    pub fn add_slopes(
+        &self,
+        (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
+        (state, lambda): (&State, &[f64]),
+        [q, p, of_lambda]: [&mut [f64]; 3],
+        parameters: &mut [f64],
+    ) -> f64 {
+        let at = state.configuration();
+        let Self { mechanism, n, m, .. } = self;
+        let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
+        let mut of_level = vec![0.0; *m];
+        let own = self.with(y, (state, lambda), |node| {
+            let lambda = if lambda.is_empty() { &mut of_level[..] } else { &mut of_lambda[..] };
+            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a: &mut of_a };
+            let value = y.value(node);
+            let scale = weigh(value);
+            y.add_slopes(node, scale, out);
+            for (k, out) in parameters.iter_mut().enumerate() {
+                *out += scale * y.by_parameter(k, node);
+            }
+            value
+        });
+        let Some(value) = own else {
+            q.fill(f64::NAN);
+            return f64::NAN;
+        };
+        if !(lambda.is_empty() || y.reads_velocity()) {
+            return value;
+        }
+        match (&self.level, lambda) {
+            (Some((level, own)), []) => {
+                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+                let slopes = [&of_v[..], &of_a, &of_level];
+                if own.pull(mechanism, &*level.system, at, slopes, [&mut *q, p]).is_err() {
+                    q.fill(f64::NAN);
+                    return f64::NAN;
+                }
+                of_lambda.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
+                let Some(design) = &level.design else { return value };
+                for (k, out) in parameters.iter_mut().enumerate() {
+                    *out += own.pulled_by_parameter(at, &**design, k);
+                }
+            }
+            _ => {
+                let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
+                if own.pull(mechanism, at, &of_v, [&mut *q, p]).is_err() {
+                    q.fill(f64::NAN);
+                    return f64::NAN;
+                }
+                for (k, out) in parameters.iter_mut().enumerate() {
+                    *out += own.pulled_by_parameter(at, k);
+                }
+            }
+        }
+        value
+    }
+}
+
+/// `½ (y − target)²` of a number of a node.
+#[derive(Debug)]
+pub struct TerminalRate<Q> {
+    quantity: Q,
+    target: f64,
+    reader: NodeReader,
+}
+
+impl<Q: NodeQuantity> TerminalRate<Q> {
+    /// Of what follows from configuration and velocity, in a run where the numbers of its mechanism
+    /// change so with parameters.
+    ///
+    /// # Errors
+    /// [`RateError`].
+    pub fn new(
+        number: (Q, f64),
+        run: &MechanismIntegrator,
+        tangents: &[MechanismTangent],
+    ) -> Result<Self, RateError> {
+        Self::with_level(number, run, tangents, None)
+    }
+
+    /// The same of what reads multipliers or accelerations, those of a level.
+    ///
+    /// # Errors
+    /// [`RateError`].
+    pub fn with_level(
+        (quantity, target): (Q, f64),
+        run: &MechanismIntegrator,
+        tangents: &[MechanismTangent],
+        level: Option<Level>,
+    ) -> Result<Self, RateError> {
+        Ok(Self { quantity, target, reader: NodeReader::new(run, tangents, level)? })
     }
 }
 
 impl<Q: NodeQuantity> Term for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
-        self.at(end, |e, _, _| Ok(0.5 * e * e)).unwrap_or(f64::NAN)
+        self.of_node(end, &[])
     }
     fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
-        let (at, mut of_v) = (end.configuration(), vec![0.0; q.len()]);
-        self.at(end, |e, v, node| {
-            self.quantity.add_slopes(at, v, scale * e, [&mut *q, &mut of_v]);
-            node.pull(&self.mechanism, at, &of_v, [q, p])
-        });
+        self.add_of_node((end, &[]), scale, [q, p, &mut []], &mut []);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
-        let (at, n) = (end.configuration(), end.q.len());
-        let [mut q, mut p, mut of_v] = [(); 3].map(|()| vec![0.0; n]);
-        self.at(end, |e, v, node| {
-            self.quantity.add_slopes(at, v, scale * e, [&mut q, &mut of_v]);
-            node.pull(&self.mechanism, at, &of_v, [&mut q, &mut p])?;
-            for (k, sum) in out.iter_mut().enumerate() {
-                *sum += scale * e * self.quantity.by_parameter(k, at, v);
-                *sum += node.pulled_by_parameter(at, k);
-            }
-            Ok(())
-        });
+        if out.is_empty() {
+            return;
+        }
+        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; self.reader.n]);
+        self.add_of_node((end, &[]), scale, [&mut q, &mut p, &mut []], out);
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.quantity.follow(node, seen);
+    }
+}
+
+impl<Q: NodeQuantity> ForceTerm for TerminalRate<Q> {
+    fn of_node(&self, node: &State, lambda: &[f64]) -> f64 {
+        let e = self.reader.value(&self.quantity, node, lambda) - self.target;
+        0.5 * e * e
+    }
+    fn add_of_node(
+        &self,
+        node: (&State, &[f64]),
+        scale: f64,
+        slopes: [&mut [f64]; 3],
+        parameters: &mut [f64],
+    ) -> f64 {
+        let weigh = |y: f64| scale * (y - self.target);
+        let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
+        0.5 * (y - self.target) * (y - self.target)
     }
 }

@@ -256,7 +256,10 @@ impl Chain<'_> {
                 found.expressions.extend(slope.map(|slope| (sensor.name.clone(), slope)));
             }
             let moved = match sensor.kind {
-                SensorKind::Position | SensorKind::Velocity => of(),
+                SensorKind::Position
+                | SensorKind::Velocity
+                | SensorKind::Acceleration
+                | SensorKind::Imu => of(),
                 SensorKind::Distance | SensorKind::DistanceRate => {
                     let to = sensor.to.as_deref().unwrap_or(GROUND);
                     change(to, "point_to", sensor.point_to).minus(&of())

@@ -14,8 +14,8 @@ use crate::system::System;
 use crate::system::joint_drive::JointDrive;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::sync::Arc;
+use vi_control::node::{Node, NodeQuantity, Slopes};
 use vi_control::objective::Quantity;
-use vi_control::terminal_rate::NodeQuantity;
 use vi_core::Configuration;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::{ElementForce, ForceElements};
@@ -81,7 +81,7 @@ struct AlongCoordinate {
 
 impl AlongCoordinate {
     fn seen(&self, at: Configuration<'_>, v: &[f64]) -> [f64; 2] {
-        [0, 1].map(|k| self.inputs[k].value(at, v))
+        [0, 1].map(|k| self.inputs[k].value(Node::moving(at, v)))
     }
 
     /// `y`, with `y_x` and `y_ẋ`.
@@ -100,16 +100,16 @@ impl AlongCoordinate {
 }
 
 impl NodeQuantity for AlongCoordinate {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.slopes(at, v)[0]
     }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
-        let [_, by_coordinate, by_rate] = self.slopes(at, v);
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+        let [_, by_coordinate, by_rate] = self.slopes(node.at, node.v);
         for (input, slope) in self.inputs.iter().zip([by_coordinate, by_rate]) {
-            input.add_slopes(at, v, scale * slope, [&mut *q, &mut *of_v]);
+            input.add_slopes(node, scale * slope, out.again());
         }
     }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
         let [_, by_coordinate, by_rate] = self.slopes(at, v);
         let [x, rate] = self.seen(at, v);
         let own = self.by.get(parameter).into_iter().flatten();
@@ -143,10 +143,11 @@ impl Stated {
 }
 
 impl NodeQuantity for Stated {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.of(&self.forces, at, v)
     }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: [&mut [f64]; 2]) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let out = [out.q, out.v];
         match &self.name {
             Some(name) => {
                 let w = Vector6::ith(self.part, scale);
@@ -160,7 +161,7 @@ impl NodeQuantity for Stated {
             }
         }
     }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
         let own = self.by.get(parameter).map_or(0.0, |own| self.of(own, at, v));
         let moved = self.moved.get(parameter).and_then(Option::as_ref);
         let along = moved.and_then(|moved| {

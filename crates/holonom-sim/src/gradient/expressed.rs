@@ -6,15 +6,17 @@
 //! `e_θ` is an expression of its own, of what `e` reads.
 
 use super::acting;
+use super::of_forces;
 use super::quantity::{Measured, Sensed, spin};
 use crate::design::{ModelTangent, refused};
 use crate::sensor::observed;
 use crate::system::System;
 use holonom_model::expression::Program;
 use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
+use vi_constraints::saddle_point::IndependentRows;
 use vi_control::identification::Reading as Rate;
+use vi_control::node::{Node, NodeQuantity, RateOf, Reads, Slopes};
 use vi_control::objective::{Quantity, Seen};
-use vi_control::terminal_rate::{NodeQuantity, RateOf};
 use vi_core::Configuration;
 
 /// An expression with what it reads.
@@ -33,14 +35,14 @@ pub(crate) struct Expressed {
 struct ValueOf(Sensed);
 
 impl NodeQuantity for ValueOf {
-    fn value(&self, at: Configuration<'_>, _v: &[f64]) -> f64 {
-        self.0.value(at)
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.0.value(node.at)
     }
-    fn add_slopes(&self, at: Configuration<'_>, _v: &[f64], scale: f64, [q, _]: [&mut [f64]; 2]) {
-        self.0.add_slope(at, scale, q);
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        self.0.add_slope(node.at, scale, out.q);
     }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, _v: &[f64]) -> f64 {
-        self.0.by_parameter(parameter, at)
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        self.0.by_parameter(parameter, node.at)
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.0.follow(node, seen);
@@ -48,19 +50,19 @@ impl NodeQuantity for ValueOf {
 }
 
 impl Evaluated {
-    fn inputs(&self, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
-        let read = self.inputs.iter().map(|own| own.value(at, v));
-        std::iter::once(at.t).chain(read).collect()
+    fn inputs(&self, node: Node<'_>) -> Vec<f64> {
+        let read = self.inputs.iter().map(|own| own.value(node));
+        std::iter::once(node.at.t).chain(read).collect()
     }
 
     /// Not a number where it has no value.
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        self.program.value(&self.inputs(at, v)).unwrap_or(f64::NAN)
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.program.value(&self.inputs(node)).unwrap_or(f64::NAN)
     }
 
     /// `∂e/∂y_i`.
-    fn slopes(&self, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
-        let y = self.inputs(at, v);
+    fn slopes(&self, node: Node<'_>) -> Vec<f64> {
+        let y = self.inputs(node);
         let mut slopes = vec![0.0; y.len()];
         if self.program.gradient(&y, &mut slopes).is_err() {
             slopes.fill(f64::NAN);
@@ -69,24 +71,33 @@ impl Evaluated {
     }
 }
 
-impl NodeQuantity for Expressed {
-    fn value(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
-        self.own.value(at, v)
+impl Expressed {
+    fn inputs(&self) -> impl Iterator<Item = &Box<dyn NodeQuantity>> {
+        let all = std::iter::once(&self.own).chain(self.by.iter().flatten());
+        all.flat_map(|own| &own.inputs)
     }
-    fn add_slopes(&self, at: Configuration<'_>, v: &[f64], scale: f64, [q, of_v]: [&mut [f64]; 2]) {
-        for (slope, input) in self.own.slopes(at, v).into_iter().zip(&self.own.inputs) {
-            input.add_slopes(at, v, scale * slope, [&mut *q, &mut *of_v]);
+}
+
+impl NodeQuantity for Expressed {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.own.value(node)
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+        for (slope, input) in self.own.slopes(node).into_iter().zip(&self.own.inputs) {
+            input.add_slopes(node, scale * slope, out.again());
         }
     }
-    fn by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
-        let slopes = self.own.slopes(at, v).into_iter().zip(&self.own.inputs);
-        let moved: f64 = slopes.map(|(e, own)| e * own.by_parameter(parameter, at, v)).sum();
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        let slopes = self.own.slopes(node).into_iter().zip(&self.own.inputs);
+        let moved: f64 = slopes.map(|(e, own)| e * own.by_parameter(parameter, node)).sum();
         let stated = self.by.get(parameter).and_then(Option::as_ref);
-        moved + stated.map_or(0.0, |own| own.value(at, v))
+        moved + stated.map_or(0.0, |own| own.value(node))
+    }
+    fn reads(&self) -> Reads {
+        self.inputs().fold(Reads::default(), |all, own| all.or(own.reads()))
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
-        let all = std::iter::once(&self.own).chain(self.by.iter().flatten());
-        all.flat_map(|own| &own.inputs).for_each(|input| input.follow(node, seen));
+        self.inputs().for_each(|input| input.follow(node, seen));
     }
 }
 
@@ -121,21 +132,24 @@ impl Shown {
     /// # Errors
     /// [`ModelError`] of a sensor that has no derivative.
     pub(crate) fn of(
-        model: &Model,
+        of_run: (&Model, &IndependentRows),
         system: &mut System,
         key: &str,
         of: (&Sensor, Option<&str>),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        let (sensor, _) = of;
+        let ((model, _), (sensor, _)) = (of_run, of);
         if let Some(spin) = spin(model, &system.mechanism, key, of)? {
             return Ok(Self::Node(Box::new(spin)));
         }
         if let Some(own) = observed(model, sensor) {
-            let own = Expressed::new(model, system, key, (sensor, own), tangents)?;
+            let own = Expressed::new(of_run, system, key, (sensor, own), tangents)?;
             return Ok(Self::Node(Box::new(own)));
         }
         if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
+            return Ok(Self::Node(own));
+        }
+        if let Some(own) = of_forces::of_sensor(of_run, system, key, of, tangents)? {
             return Ok(Self::Node(own));
         }
         if let Some(own) = Measured::orientation(model, system, key, of)? {
@@ -152,13 +166,14 @@ impl Expressed {
     /// # Errors
     /// [`ModelError`] where it reads what has no derivative.
     fn new(
-        model: &Model,
+        of_run: (&Model, &IndependentRows),
         system: &mut System,
         key: &str,
         (sensor, own): (&Sensor, Observed),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        let own = evaluated(model, system, key, own, tangents)?;
+        let model = of_run.0;
+        let own = evaluated(of_run, system, key, own, tangents)?;
         let mut by = Vec::new();
         for tangent in tangents {
             by.push(match tangent.expressions.get(&sensor.name) {
@@ -166,7 +181,7 @@ impl Expressed {
                 Some(slope) => {
                     let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
                     let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
-                    Some(evaluated(model, system, key, slope, tangents)?)
+                    Some(evaluated(of_run, system, key, slope, tangents)?)
                 }
             });
         }
@@ -175,7 +190,7 @@ impl Expressed {
 }
 
 fn evaluated(
-    model: &Model,
+    of_run: (&Model, &IndependentRows),
     system: &mut System,
     key: &str,
     observed: Observed,
@@ -196,7 +211,7 @@ fn evaluated(
             Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        inputs.push(match Shown::of(model, system, key, of, tangents)? {
+        inputs.push(match Shown::of(of_run, system, key, of, tangents)? {
             Shown::Configuration(own, Rate::Value) => Box::new(ValueOf(own)),
             Shown::Configuration(own, Rate::Rate) => Box::new(RateOf(own)),
             Shown::Node(own) => own,

@@ -2,7 +2,8 @@
 
 use super::tests::LINKAGE;
 
-/// A tree with a hinge and a slide, bars between point masses, a body on a bushing; with a spring, a damper, a bumper, friction, a motor and laws.
+/// A tree with a hinge and a slide, bars between point masses, a body on a bushing; with a spring, a
+/// damper, a bumper, friction, a motor and laws.
 pub(super) const FORCES: &str = r#"
 [model]
 name = "forces"
@@ -177,3 +178,123 @@ pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
 /// Sensors of orientations: of what, and seen from where.
 pub(super) const ORIENTATIONS: [(&str, &str); 2] =
     [("box", ""), ("lower", "seen_from = \"box\"\n")];
+
+/// Two hinged bodies that a distance holds, with a spring.
+pub(super) const HELD: &str = r#"
+[model]
+name = "held"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+project_start = true
+[parameters]
+g = 9.81
+k = 6.0
+mass = 1.6
+reach = 0.4
+span = 1.0440306508910551
+[[body]]
+name = "left"
+position = [0.0, 0.0, -0.5]
+mass = 0.8
+inertia = [0.02, 0.03, 0.015]
+[[body]]
+name = "right"
+position = [1.0, 0.0, "= -reach"]
+mass = "= mass"
+inertia = [0.01, 0.02, 0.015]
+[[joint]]
+name = "one"
+type = "revolute"
+parent = "ground"
+child = "left"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+rate = 2.0
+spring = { stiffness = "= k", rest = 0.1 }
+[[joint]]
+name = "other"
+type = "revolute"
+parent = "ground"
+child = "right"
+position = [1.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[constraint]]
+name = "tether"
+type = "distance"
+from = "left"
+to = "right"
+point_from = [0.0, 0.0, -0.2]
+point_to = [0.1, 0.0, 0.0]
+length = "= span"
+"#;
+
+/// A cart that a motion drives along its rail.
+pub(super) const DRIVEN: &str = r#"
+[[body]]
+name = "cart"
+position = [0.0, 5.0, 0.0]
+mass = "= mass"
+inertia = [0.01, 0.02, 0.015]
+[[joint]]
+name = "rail"
+type = "prismatic"
+parent = "ground"
+child = "cart"
+position = [0.0, 5.0, 0.0]
+axis = [1.0, 0.0, "= 0.1*k"]
+damper = { damping = 0.7 }
+[[constraint]]
+name = "drives"
+type = "motion"
+joint = "rail"
+path = "0.1*k*t^2"
+"#;
+
+/// Sensors of reactions and efforts of constraints: type, of what, choices, numbers.
+pub(super) const REACTIONS: [(&str, &str, &str, &[&str]); 8] = [
+    ("reaction", "shoulder", "", &["fx", "fy", "mx"]),
+    ("reaction", "shoulder", "frame = \"child\"\n", &["fx", "mx"]),
+    ("reaction", "shoulder", "frame = \"space\"\n", &["fz", "mx", "mz"]),
+    ("reaction", "slide", "", &["fy", "mz"]),
+    ("reaction", "slide", "frame = \"space\"\n", &["fz", "my"]),
+    ("reaction", "string", "", &["tension"]),
+    ("reaction", "rod", "", &["tension"]),
+    ("power", "slide", "", &["spring"]),
+];
+
+/// Sensors of accelerations: type, of what, choices, numbers.
+pub(super) const ACCELERATIONS: [(&str, &str, &str, &[&str]); 4] = [
+    ("acceleration", "lower", "point = [0.2, \"= 0.1*length\", 0.1]\n", &["x", "z"]),
+    ("acceleration", "end", "", &["y"]),
+    ("angular_acceleration", "box", "", &["x", "z"]),
+    (
+        "imu",
+        "lower",
+        "point = [\"= 0.1*length\", 0.0, 0.1]\nrotation_vector = [0.1, 0.4, -0.2]\n",
+        &["ax", "az", "gy"],
+    ),
+];
+
+/// A model without its controls.
+pub(super) fn without_controls(text: &str) -> String {
+    let mut kept = String::new();
+    for (k, part) in text.split("[[").enumerate() {
+        if !part.starts_with("control]]") {
+            kept += if k == 0 { "" } else { "[[" };
+            kept += part;
+        }
+    }
+    kept
+}
+
+/// A model of which nothing dissipates, for compositions.
+pub(super) fn conservative() -> String {
+    let start = FORCES.find("[[bushing]]\nname = \"mount\"").unwrap();
+    let from = FORCES.find("damper = { damping = \"= c\" }").unwrap();
+    let to = FORCES.find("[[joint]]\nname = \"slide\"").unwrap();
+    let text = format!("{}{}", &FORCES[..from], &FORCES[to..start]);
+    let text = text.replace("damper = { damping = 3.0 }\n", "");
+    text.replace("damping = \"= c\"\n", "").replace("c = 0.4\n", "")
+}

@@ -1,15 +1,20 @@
 //! Gradients of sensors that need forces, orientations and accelerations: the number is that of
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
-use super::force_models::{EFFORTS, FORCES, ORIENTATIONS, far, held, without_objectives};
+use super::force_models::{
+    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, ORIENTATIONS, REACTIONS, conservative, far, held,
+    without_controls, without_objectives,
+};
 use super::prepared::{Begin, Prepared, design};
 use super::tests::FLYING;
 use super::tests::LINKAGE;
-use super::{ModelGradient, Wanted, gradient};
+use super::{GradientFailure, ModelGradient, Wanted, gradient};
 use crate::simulation::Simulation;
 use crate::system::outside::Outside;
-use holonom_model::ModelText;
+use holonom_model::{ModelError, ModelText};
 use std::path::Path;
+use vi_control::checkpoints::Checkpoints;
+use vi_control::gradient::{Gradient, Task};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_multibody::design::start;
 
@@ -68,7 +73,7 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
     prepared.depend(&model, &[], &tangents).unwrap();
     let begin = Begin::new(&model, &mut prepared).unwrap();
-    let design = design(&prepared, &begin.mass, &tangents).unwrap();
+    let design = design(&prepared.system, &begin.mass, &tangents).unwrap();
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(&model, mechanism);
     let run = prepared.simulation.integrator();
@@ -98,6 +103,7 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     for _ in 0..prepared.steps {
         tangents.advance(run, beside).unwrap();
     }
+    tangents.add_forces(run, beside, true).unwrap();
     let mut rates = tangents.rates(objective, run.state());
     let controls = rates.split_off(rates.len() - model.controls.len());
     let initial = rates.split_off(changes.len());
@@ -224,8 +230,145 @@ fn sensors_without_derivatives_are_refused_with_a_remedy() {
         let text = sensing(&held, &sensor, part, "");
         let source = ModelText::from_text(Path::new("model.toml"), text);
         let model = source.model(&[]).unwrap_or_else(|error| panic!("{kind} of {of}: {error}"));
-        let error = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err().to_string();
-        println!("{error}");
-        assert!(error.contains("`seen`") && error.contains(remedy), "{kind} of {of}: {error}");
+        let error = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        let GradientFailure::Model(ModelError::Unsupported { what, help, .. }) = error else {
+            panic!("{kind} of {of}: {error}");
+        };
+        println!("{what}: {help}");
+        assert!(what.contains("`seen`") && help.contains(remedy), "{kind} of {of}: {what}: {help}");
     }
+}
+
+/// The same model by steps of another kind.
+fn by(text: &str, steps: &str) -> String {
+    text.replace("[simulation]\n", &format!("[simulation]\n{steps}"))
+}
+
+/// Compares numbers of sensors, counted there.
+fn compare_all(text: &str, all: &[(&str, &str, &str, &[&str])], at: &str) {
+    let mut worst = Worst::default();
+    for (kind, of, more, parts) in all {
+        let sensor = format!("type = \"{kind}\"\nof = \"{of}\"\n{more}");
+        for part in *parts {
+            let text = sensing(text, &sensor, part, at);
+            worst.compare(&format!("{kind} of {of}.{part} {more}"), &text, &Wanted::everything());
+        }
+    }
+}
+
+/// Of trees and bars, at the end: by parameters, by the start, by controls that act in the steps
+/// on both sides of the node.
+#[test]
+fn reactions_at_the_end_agree_with_differences() {
+    compare_all(FORCES, &REACTIONS, "");
+    let held =
+        [("effort", "tether", "", &["effort"][..]), ("reaction", "other", "", &["fx", "fy"])];
+    compare_all(HELD, &held, "");
+    let driven = [("effort", "drives", "", &["effort"][..]), ("reaction", "rail", "", &["fy"])];
+    compare_all(&format!("{HELD}{DRIVEN}"), &driven, "");
+}
+
+/// Along the path: the first node has the multipliers of the acceleration level.
+#[test]
+fn reactions_along_the_path_agree_with_differences() {
+    compare_all(FORCES, &REACTIONS, PATH);
+    let held =
+        [("effort", "tether", "", &["effort"][..]), ("reaction", "other", "", &["fx", "fy"])];
+    compare_all(HELD, &held, PATH);
+}
+
+/// Of a redundant closed loop, whose components in the plane are unique.
+#[test]
+fn reactions_of_a_loop_agree_with_differences() {
+    let linkage = without_objectives(LINKAGE);
+    let joints = [
+        ("reaction", "shaft", "", &["fx"][..]),
+        ("reaction", "pin", "frame = \"space\"\n", &["fx", "fz"]),
+        ("reaction", "cut", "", &["fx", "fy"]),
+        ("reaction", "pivot", "frame = \"child\"\n", &["fy"]),
+    ];
+    compare_all(&linkage, &joints, "");
+    compare_all(&linkage, &joints, PATH);
+}
+
+/// By sub-steps and by Galerkin steps all is of the acceleration level.
+#[test]
+fn forces_of_higher_order_agree_with_differences() {
+    let linkage = without_controls(&without_objectives(LINKAGE));
+    let loops = [("reaction", "cut", "", &["fx"][..]), ("acceleration", "coupler", "", &["z"])];
+    let galerkin = "method = \"galerkin\"\norder = 4\n";
+    let still = linkage.replace("damper = { damping = 0.05 }\n", "");
+    let (forces, free) = (without_controls(FORCES), without_controls(&conservative()));
+    for (text, loops_of, steps) in [(&forces, &linkage, galerkin), (&free, &still, "order = 4\n")] {
+        for at in ["", PATH] {
+            compare_all(&by(text, steps), &[REACTIONS[0], REACTIONS[5], REACTIONS[6]], at);
+            compare_all(&by(text, steps), &[ACCELERATIONS[0], ACCELERATIONS[3]], at);
+            compare_all(&by(loops_of, steps), &loops, at);
+        }
+    }
+}
+
+#[test]
+fn accelerations_at_the_end_agree_with_differences() {
+    compare_all(&without_controls(FORCES), &ACCELERATIONS, "");
+    let coupler = [("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..])];
+    compare_all(&without_controls(&without_objectives(LINKAGE)), &coupler, "");
+}
+
+/// Expressions of forces, rates, efforts and orientations together.
+#[test]
+fn expressions_of_forces_agree_with_differences() {
+    let more = "[[sensor]]\nname = \"pull\"\ntype = \"reaction\"\nof = \"string\"\n\
+                [[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"shoulder\"\n\
+                [[sensor]]\nname = \"works\"\ntype = \"effort\"\nof = \"tie\"\n\
+                [[sensor]]\nname = \"turned\"\ntype = \"orientation\"\nof = \"box\"\n";
+    let text = without_controls(FORCES) + more;
+    let value = "sqrt(1 + pull.tension^2) + k*works*slide.rate + held.fx*turned.y - c*t*held.mx";
+    let mut worst = Worst::default();
+    let galerkin = "method = \"galerkin\"\norder = 4\n";
+    for (steps, at) in [("", ""), ("", PATH), (galerkin, PATH)] {
+        let sensor = format!("type = \"expression\"\nvalue = \"{value}\"\n");
+        let text = sensing(&by(&text, steps), &sensor, "", at);
+        worst.compare(&format!("expression {steps}{at}"), &text, &Wanted::everything());
+    }
+}
+
+/// The same bits with everything recorded and with checkpoints; the cost of a gradient beside that
+/// of a run is printed.
+#[test]
+fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
+    let sensor = "type = \"reaction\"\nof = \"cut\"\n";
+    let text = sensing(&without_objectives(LINKAGE), sensor, "fx", PATH);
+    let source = ModelText::from_text(Path::new("model.toml"), text);
+    let model = source.model(&[]).unwrap();
+    let mut all = Vec::new();
+    for checkpoints in
+        [Checkpoints::All, Checkpoints::Every(1), Checkpoints::Every(7), Checkpoints::Memory(9000)]
+    {
+        let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+        let tangents = Wanted::everything();
+        let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
+        prepared.depend(&model, &[], &tangents).unwrap();
+        let begin = Begin::new(&model, &mut prepared).unwrap();
+        let design = design(&prepared.system, &begin.mass, &tangents).unwrap();
+        let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
+        let (steps, design, by_step) = (prepared.steps, Some(&design as _), true);
+        let task = Task { steps, objective, controls, design, by_step, checkpoints };
+        let run = prepared.simulation.integrator();
+        let start = run.state().clone();
+        all.push(Gradient::of(run, &task).unwrap());
+        assert_eq!(run.state().step, start.step + steps as u64);
+        let begin = std::time::Instant::now();
+        run.place_at(&start);
+        for _ in 0..steps {
+            run.step_with(&mut |_, _, _| {}).unwrap();
+        }
+        let of_run = begin.elapsed();
+        run.place_at(&start);
+        let begin = std::time::Instant::now();
+        Gradient::of(run, &task).unwrap();
+        let ratio = begin.elapsed().as_secs_f64() / of_run.as_secs_f64();
+        println!("{checkpoints:?}: {ratio:.1} runs");
+    }
+    assert!(all.iter().all(|own| own == &all[0]));
 }

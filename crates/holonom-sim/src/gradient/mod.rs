@@ -22,6 +22,7 @@ mod force_tests;
 #[cfg(test)]
 mod galerkin_tests;
 mod objective;
+mod of_forces;
 mod orientation;
 pub(crate) mod prepared;
 pub(crate) mod quantity;
@@ -46,6 +47,7 @@ use trial::{InitialCoordinate, StatedStart};
 use vi_constraints::linearization::Tangent;
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
+use vi_control::objective::Objective;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_core::linear::dot;
 use vi_multibody::design::start::{self, StartTangent};
@@ -256,7 +258,7 @@ pub fn gradient(
     };
     prepared.depend(model, &wanted.of, &tangents)?;
     let begin = Begin::new(model, &mut prepared)?;
-    let design = prepared::design(&prepared, &begin.mass, &tangents)?;
+    let design = prepared::design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
     let given = wanted.given(model);
@@ -439,8 +441,8 @@ fn grow(
     let mut beside =
         Sensitivities::new(run, model.settings.step, directions).map_err(GradientFailure::Run)?;
     for _ in 0..prepared.steps {
-        let with =
-            Beside { controls: &prepared.controls, design: None, objective: &prepared.costs.sum };
+        let objective = &Objective::new(); // growth alone counts
+        let with = Beside { controls: &prepared.controls, design: None, objective };
         beside.advance(run, with).map_err(GradientFailure::Run)?;
     }
     let growth = beside.growth()[0];

@@ -1,13 +1,16 @@
 //! The objectives of a model as terms of a cost.
 
 use super::expressed::Shown;
+use super::of_forces;
 use super::quantity::named;
 use crate::design::{ModelTangent, refused};
 use crate::system::System;
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
-use vi_control::objective::{Effort, Objective, Running, StepGradient, Term, Terminal, Time};
+use vi_control::objective::{
+    Counted, Effort, Objective, Running, StepGradient, Term, Terminal, Time,
+};
 use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
@@ -126,13 +129,19 @@ impl Costs {
         let key = format!("objective.{}.sensor", own.name);
         let text = own.sensor.as_deref().unwrap_or_default();
         let of = named(model, &key, text)?;
-        let (quantity, reading) = match Shown::of(model, system, &key, of, tangents)? {
-            Shown::Node(number) => return self.add_rate(own, number, run, tangents),
+        let (quantity, reading) = match Shown::of((model, run.rows()), system, &key, of, tangents)?
+        {
+            Shown::Node(number) => {
+                return self.add_rate(own, number, (model, system, run), tangents);
+            }
             Shown::Configuration(quantity, reading) => (quantity, reading),
         };
         let target = own.target;
         let term: Box<dyn Term> = match (reading, own.at) {
-            (Reading::Rate, _) => return self.add_rate(own, RateOf(quantity), run, tangents),
+            (Reading::Rate, _) => {
+                let from = (model, &*system, run);
+                return self.add_rate(own, RateOf(quantity), from, tangents);
+            }
             (Reading::Value, CountedAt::Path) if quantity.is_continued() => {
                 let term = Terminal { quantity, target };
                 self.sum.add_along(own.weight, Box::new(term));
@@ -145,24 +154,35 @@ impl Costs {
         Ok(())
     }
 
-    /// A number of a node with its velocity.
+    /// A number of a node with its velocity, its multipliers, its acceleration.
     fn add_rate<Q: NodeQuantity + 'static>(
         &mut self,
         own: &Stated,
         quantity: Q,
-        run: &MechanismIntegrator,
+        (model, system, run): (&Model, &System, &MechanismIntegrator),
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let key = format!("objective.{}", own.name);
+        let key = format!("objective.{}.sensor", own.name);
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-        let term = TerminalRate::new((quantity, own.target), run, &numbers);
+        let (reads, of_states) = (quantity.reads(), run.reads_states());
+        of_forces::known(&key, reads, (of_states, own.at == CountedAt::End))?;
+        // multipliers of order 2 are those of steps, but for the first node
+        let of_steps = reads.forces && !of_states;
+        let level = match reads.any() && !(of_steps && own.at == CountedAt::End) {
+            true => Some(of_forces::level(model, system, (&key, of_steps), tangents)?),
+            false => None,
+        };
+        let term = TerminalRate::with_level((quantity, own.target), run, &numbers, level);
         let term = term.map_err(|error| {
             let help = "take a position or a joint coordinate";
-            refused(&format!("{key}.sensor"), error.to_string(), help)
+            refused(&key, error.to_string(), help)
         })?;
-        match own.at {
-            CountedAt::End => self.sum.add(own.weight, Box::new(term)),
-            CountedAt::Path => self.sum.add_along(own.weight, Box::new(term)),
+        let (weight, term) = (own.weight, Box::new(term));
+        match (own.at, of_steps) {
+            (CountedAt::End, false) => self.sum.add(weight, term),
+            (CountedAt::Path, false) => self.sum.add_along(weight, term),
+            (CountedAt::End, true) => self.sum.add_force(weight, Counted::AtEnd, term),
+            (CountedAt::Path, true) => self.sum.add_force(weight, Counted::Along, term),
         }
         Ok(())
     }

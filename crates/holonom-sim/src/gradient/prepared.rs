@@ -15,7 +15,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
-use vi_control::objective::{NodeCost, Seen};
+use vi_control::objective::{NodeCost, Objective, Place, Seen};
+use vi_control::sensitivities::{Beside, Sensitivities};
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -148,6 +149,33 @@ pub(crate) fn unit_load(system: &System, input: &Input) -> Option<Load> {
     load.clone().with_history(TimeHistory::default()).ok()
 }
 
+/// What multipliers of nodes cost along a run, costs after costs.
+fn add_forces(
+    values: &mut [f64],
+    costs: &[&Costs],
+    (run, controls): (&mut MechanismIntegrator, &Controls),
+    (step, steps, h): (usize, usize, f64),
+) -> Result<(), GradientFailure> {
+    if !costs.iter().any(|own| own.sum.counts_forces()) {
+        return Ok(());
+    }
+    controls.set(step);
+    let mut lambda = Vec::new();
+    if step > 0 {
+        let mut beside = Sensitivities::new(run, h, Vec::new()).map_err(GradientFailure::Run)?;
+        beside.begin_at(step);
+        let with = Beside { controls, design: None, objective: &Objective::new() };
+        let found = beside.find_forces(run, with).map_err(GradientFailure::Run)?;
+        lambda.clone_from(&found.lambda);
+    }
+    let is_last = step == steps;
+    let weight = if is_last || step == 0 { 0.5 * h } else { h };
+    for (value, own) in values.iter_mut().zip(costs) {
+        *value += own.sum.of_forces((run.state(), &lambda), Place { weight, is_last });
+    }
+    Ok(())
+}
+
 /// The values of costs along a run of this many steps.
 fn values_along(
     simulation: &mut Simulation,
@@ -161,6 +189,7 @@ fn values_along(
     let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
     let mut nodes: Vec<NodeCost> = begin.collect();
     for step in 0..steps {
+        add_forces(&mut values, costs, (run, controls), (step, steps, h))?;
         controls.set(step);
         let w = controls.at(step);
         let mut count = |s: &Interval| {
@@ -176,6 +205,7 @@ fn values_along(
             *value += nodes.step_to(&own.sum, run.state());
         }
     }
+    add_forces(&mut values, costs, (run, controls), (steps, steps, h))?;
     let state = run.state();
     for (value, own) in values.iter_mut().zip(costs) {
         *value += own.sum.of_end(state) + own.rates(controls, h);
@@ -292,11 +322,11 @@ impl Begin {
 
 /// How a prepared run changes with the parameters of its model, in the order of `tangents`.
 pub(crate) fn design(
-    prepared: &Prepared,
+    system: &System,
     mass: &SparseMatrix,
     tangents: &[ModelTangent],
 ) -> Result<MechanismDesign, ModelError> {
-    let System { mechanism, dynamics, .. } = &prepared.system;
+    let System { mechanism, dynamics, .. } = system;
     let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
     MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
         .map_err(|error| refused("model", error.to_string(), LEAVE_OUT))

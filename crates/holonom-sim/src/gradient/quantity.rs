@@ -310,7 +310,12 @@ fn seen(
 }
 
 /// A point of a member, by components along the axes of the model.
-fn point(model: &Model, mechanism: &Mechanism, name: &str, components: Option<[f64; 3]>) -> Form {
+pub(crate) fn point(
+    model: &Model,
+    mechanism: &Mechanism,
+    name: &str,
+    components: Option<[f64; 3]>,
+) -> Form {
     let own = Vector3::from(components.unwrap_or_default());
     let frame = model.frame(name);
     let along = match frame.and_then(|frame| Some((frame, model.bodies.get(frame)?))) {

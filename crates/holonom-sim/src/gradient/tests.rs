@@ -552,7 +552,7 @@ fn what_has_no_derivative_is_refused_by_its_key() {
     let cases = [
         (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
         (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
-        (ARM, "type = \"position\"", "type = \"acceleration\"", "the sensor `tip`"),
+        (ARM, "type = \"position\"", "type = \"acceleration\"", "the control `drive`"),
         (ARM, "sensor = \"angle\"", "sensor = \"angle.1\"", "no coordinate"),
         (
             ARM,
@@ -695,16 +695,16 @@ fn expressions_of_sensors_agree_with_differences() {
         }
     }
     let refused = |value: &str| {
-        let extra = "[[sensor]]\nname = \"shock\"\ntype = \"acceleration\"\nof = \"lower\"\n";
+        let extra = "[[sensor]]\nname = \"shock\"\ntype = \"work\"\nof = \"shoulder\"\n";
         let text = ARM
             .replacen("[[objective]]", &(extra.to_owned() + &sensor.replace("VALUE", value)), 1)
             .replace("sensor = \"tip.z\"\n", "sensor = \"felt\"\n");
         found(&text, false).expect_err(value).to_string()
     };
     assert!(
-        refused("shock.x").contains("derivative of the sensor `shock`"),
+        refused("shock.spring").contains("derivative of the sensor `shock`"),
         "{}",
-        refused("shock.x")
+        refused("shock.spring")
     );
     let jumps = refused("floor(length*angle)");
     assert!(jumps.contains("length") && jumps.contains("sensor.felt.value"), "{jumps}");

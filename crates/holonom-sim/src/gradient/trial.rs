@@ -1,6 +1,7 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
 use super::expressed::{Shown, depends_on};
+use super::of_forces;
 use super::prepared::{self, Begin, Prepared};
 use super::quantity::{Measured, Sensed, named};
 use crate::design::{self, refused};
@@ -10,6 +11,7 @@ use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
 use vi_control::identification::{Experiment, Measurable, Trial};
 use vi_control::least_squares::Refused;
+use vi_control::node::{NodeQuantity, Reads};
 use vi_control::sensitivities::Direction;
 use vi_core::Configuration;
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -173,13 +175,21 @@ impl ModelTrials<'_> {
             return Err(refused(&format!("parameters.{name}"), what, "leave it out"));
         }
         let begin = Begin::new(&model, &mut prepared)?;
-        let design = prepared::design(&prepared, &begin.mass, &tangents)?;
+        let design = prepared::design(&prepared.system, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();
+        let run = prepared.simulation.integrator();
+        let (rows, of_states) = (run.rows().clone(), run.reads_states());
+        let mut reads = Reads::default();
         for SensorRead { key, sensor } in &self.reads {
             let of = named(&model, key, sensor)?;
-            quantities.push(match Shown::of(&model, &mut prepared.system, key, of, &tangents)? {
+            let (of_run, system) = ((&model, &rows), &mut prepared.system);
+            quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
-                Shown::Node(own) => Measurable::Node(own),
+                Shown::Node(own) => {
+                    of_forces::known(key, own.reads(), (of_states, false))?;
+                    reads = reads.or(own.reads());
+                    Measurable::Node(own)
+                }
             });
         }
         for (name, freedom) in &self.joints {
@@ -214,12 +224,16 @@ impl ModelTrials<'_> {
             let start = begin.tangent(prepared.simulation.integrator(), &change, own);
             directions.push(Direction { start, parameter, ..Direction::default() });
         }
+        let level = match reads.any() {
+            true => Some(of_forces::level(&model, &prepared.system, ("sensor", true), &tangents)?),
+            false => None,
+        };
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();
         let step = model.settings.step;
         let Prepared { simulation, controls, .. } = prepared;
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial { run, step, controls, design, directions, tangents: numbers, quantities })
+        Ok(Trial { run, step, controls, design, directions, tangents: numbers, quantities, level })
     }
 }
 

@@ -272,6 +272,17 @@ fn with_efforts() -> String {
     format!("{}{}", &FLYING[..start], &FLYING[end..]).replace("[identify]", sensors)
 }
 
+/// The linkage where what two of its joints carry is measured, beside a rate.
+fn with_reactions() -> String {
+    let sensors = "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"cut\"\n\
+                   [[sensor]]\nname = \"carried\"\ntype = \"reaction\"\nof = \"shaft\"\nframe = \"space\"\n\
+                   [[measurement]]\nsensor = \"held.fx\"\nsigma = 0.3\n\
+                   [[measurement]]\nsensor = \"carried.fz\"\nsigma = 0.3\n";
+    let start = LINKAGE.find("[[measurement]]\nsensor = \"angle\"").unwrap();
+    let end = LINKAGE.find("[[measurement]]\nsensor = \"speed\"").unwrap();
+    format!("{}{sensors}{}", &LINKAGE[..start], &LINKAGE[end..])
+}
+
 /// What is added to coordinate and rate of the joint whose start is unknown.
 const RELEASE: [f64; 2] = [0.2, 0.7];
 
@@ -334,7 +345,9 @@ fn by_galerkin(text: &str) -> String {
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &arm, &linkage] {
+    for text in
+        [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &with_reactions(), &arm, &linkage]
+    {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -353,7 +366,9 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 #[test]
 fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &arm, &linkage] {
+    for text in
+        [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &with_reactions(), &arm, &linkage]
+    {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {
@@ -444,7 +459,7 @@ fn what_cannot_be_found_is_refused_by_its_key() {
         ("spin = 0.4\n", "spin = \"= damping\"\n", "`spin`, which is no number"),
         ("rate = \"= spin\"", "rate = 0.4", "`spin`, on which nothing depends"),
         ("spin = {}", "spin = { min = 1.0 }", "the start 0.4 of `spin`"),
-        ("type = \"velocity\"", "type = \"acceleration\"", "the derivative of the sensor `tip`"),
+        ("type = \"velocity\"", "type = \"acceleration\"", "accelerations along a path"),
         ("sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
         ("step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
     ];

@@ -154,6 +154,16 @@ fn efforts_are_what_a_run_shows() {
     }
 }
 
+/// The same of reactions: a bound on what the hinge carries.
+#[test]
+fn reactions_are_what_a_run_shows() {
+    let more =
+        "[[sensor]]\nname = \"carries\"\ntype = \"reaction\"\nof = \"hinge\"\nframe = \"space\"\n";
+    for (sensor, bound, wanted) in [("carries.fx", "equals", -0.2), ("carries.fx", "max", -0.1)] {
+        compare_with_run(more, sensor, (bound, wanted));
+    }
+}
+
 #[test]
 fn what_cannot_be_is_said() {
     let condition =

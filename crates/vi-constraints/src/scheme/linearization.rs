@@ -15,10 +15,11 @@
 //! [ Aᵀ   G(q')ᵀ ] [μ]   [ a' + Dᵀ b' + ζ_q'ᵀ y' ]      a = Cᵀ b' − Bᵀ μ + ζ_qᵀ y'
 //! [ G    0      ] [σ] = [ 0                     ]      b = −μ,   y = ζ_zᵀ y' − b_zᵀ μ + (f^+_z)ᵀ b'
 //! ```
-//! Both solve with one factorization of `[hA, −Gᵀ; G(q'), 0]` over independent rows; `h λ` follows
+//! Where the number depends on `h λ` as well, `G μ = −∂J/∂(h λ)` is the second line. Both solve
+//! with one factorization of `[hA, −Gᵀ; G(q'), 0]` over independent rows; `h λ` follows
 //! from it too, since `[0; −hλ]` solves it with `[p̄ + D_1 L_d + f_d^-; 0]`, which is in the range
-//! of `Gᵀ`. `μ` is tangent, so of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked, not
-//! solved.
+//! of `Gᵀ`. Else `μ` is tangent: of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked,
+//! not solved.
 #![allow(non_snake_case)] // A, B, C, D, G
 
 use crate::constraints::{Constraints, RowSums};
@@ -285,6 +286,15 @@ impl StepLinearization {
         Ok(())
     }
 
+    /// `out ← δ(h λ)` of the tangent that was pushed last, zero of rows that were left out; shape
+    /// `m`. `h`: of the step, s.
+    pub fn impulse_change(&self, h: f64, out: &mut [f64]) {
+        out.fill(0.0);
+        let n = self.momentum.len();
+        self.saddle.rows().scatter(&self.x[n..], out); // h δ(h λ)
+        out.iter_mut().for_each(|change| *change /= h);
+    }
+
     /// Replaces the costate at the end of the step, derivatives by `q'` included that only this
     /// step has, by that at its start [2.38].
     ///
@@ -297,13 +307,35 @@ impl StepLinearization {
         s: &Interval,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
+        self.pull_with(system, constraints, s, &[], costate)
+    }
+
+    /// The same of a number that depends on the impulse of the constraints as well, by
+    /// `∂J/∂(h λ)`, shape `m`: then `G μ = −∂J/∂(h λ)`. Empty where it does not.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    pub fn pull_with(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        constraints: &impl Constraints,
+        s: &Interval,
+        by_impulse: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
         let n = s.dim();
         let Costate { q: a, p: b, z: y } = costate;
         self.momentum.copy_from_slice(b);
         let momentum = &self.momentum;
         let (c, lower) = self.x.split_at_mut(n);
         c.copy_from_slice(a);
-        lower.fill(0.0);
+        match by_impulse {
+            [] => lower.fill(0.0),
+            by_impulse => {
+                self.saddle.rows().gather(by_impulse, lower);
+                lower.iter_mut().for_each(|x| *x /= s.h); // of μ/h
+            }
+        }
         transposed(momentum, c, &|out| system.forced_d2_d2(s, out));
         if !y.is_empty() {
             transposed(y, c, &|out| system.advance_slope(s, Slot::Second, out));

@@ -9,11 +9,14 @@
 //! [`MechanismTangent`]: how all numbers change with one parameter, a value of the shape of a
 //! [`crate::Description`] and its force elements. [`MechanismDesign`] takes one for each parameter.
 //! [`start`]: the initial state by joint coordinates, rates and parameters; [`velocity`]:
-//! velocities of nodes.
+//! velocities of nodes; [`acceleration`]: their accelerations and multipliers; [`reaction`]: what
+//! multipliers mean.
 
+pub mod acceleration;
 mod explicit;
 mod mass_sums;
 mod moved_coordinate;
+pub mod reaction;
 mod row_sums;
 mod rows;
 pub mod start;
@@ -55,6 +58,12 @@ pub enum DesignError {
         /// The joint.
         joint: String,
     },
+    /// The second derivatives of a constraint are not constant.
+    #[error(
+        "accelerations, and forces at the start and at sub-steps, have no derivatives with `{0}`, \
+         a constraint along an angle"
+    )]
+    Angle(String),
     /// A tangent is of another kind than its element.
     #[error("the change of `{0}` is not one of such an element")]
     Kind(String),

@@ -223,6 +223,21 @@ impl MovedRows {
         self.0.iter().for_each(|(row, moved)| rows[*row] += moved.value(at));
     }
 
+    /// `rows += G_θ a + (D²g[v, v])_θ` of rows that are products of forms; the others have none.
+    pub(super) fn add_accelerations(
+        &self,
+        at: Configuration<'_>,
+        [v, a]: [&[f64]; 2],
+        rows: &mut [f64],
+    ) {
+        for (row, moved) in &self.0 {
+            moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * a[i]);
+            if let MovedRow::Product(own) = moved {
+                rows[*row] += own.second(v, v).eps;
+            }
+        }
+    }
+
     /// `rows += G_θ v + g_tθ`.
     pub(super) fn add_rates(&self, at: Configuration<'_>, v: &[f64], rows: &mut [f64]) {
         for (row, moved) in &self.0 {

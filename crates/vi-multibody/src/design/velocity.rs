@@ -155,6 +155,31 @@ impl NodeVelocity {
         Ok(())
     }
 
+    /// The factors of the matrix at the node of the last [`NodeVelocity::find`].
+    pub(super) fn saddle(&mut self) -> &mut SaddlePoint {
+        &mut self.saddle
+    }
+
+    /// `−w·(M_θ a + (Gᵀ)_θ λ) − ν·(γ_θ + G_θ a)` of a parameter, with `γ = D²g[v, v] + ∂²g/∂t²`.
+    pub(super) fn pulled_acceleration(
+        &mut self,
+        at: Configuration<'_>,
+        parameter: usize,
+        [w, nu]: [&[f64]; 2],
+        [v, a, lambda]: [&[f64]; 3],
+    ) -> f64 {
+        let Self { moved, b, .. } = self;
+        let Some(Moved { masses, rows }) = moved.get(parameter) else { return 0.0 };
+        let mut sum = 0.0;
+        if let Some(masses) = masses {
+            masses.for_each_momentum(a, |i, momentum| sum -= w[i] * momentum);
+        }
+        rows.for_each_force(at.q, lambda, |i, force| sum -= w[i] * force);
+        b.fill(0.0);
+        rows.add_accelerations(at, [v, a], b);
+        sum - vi_core::linear::dot(nu, b)
+    }
+
     /// What a parameter adds at fixed `q` and `p̄` to the number along whose slope the last
     /// [`NodeVelocity::pull`] was.
     #[must_use]

@@ -242,6 +242,13 @@ pub struct Row<T = f64> {
 }
 
 impl<T: Number> Row<T> {
+    /// `D²g[v, w]`.
+    #[must_use]
+    pub fn second(&self, v: &[f64], w: &[f64]) -> T {
+        let crossed = self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v));
+        crossed * T::of(self.scale)
+    }
+
     /// `A·B − c = 0`.
     #[must_use]
     pub fn product(a: Form<T>, b: Form<T>, target: T) -> Self {
@@ -314,12 +321,6 @@ impl Row {
             }
             form.for_each_wrench(q, &(self.scale * other.at(q)), &mut visit);
         }
-    }
-
-    /// `D²g[v, w]`.
-    #[must_use]
-    pub fn second(&self, v: &[f64], w: &[f64]) -> f64 {
-        self.scale * (self.a.rate(v).dot(&self.b.rate(w)) + self.a.rate(w).dot(&self.b.rate(v)))
     }
 
     /// The entries of `D²g[v, ·]`: coordinate and value, always in the same order.

@@ -1,0 +1,309 @@
+//! Sensors of reactions, efforts of constraints, tensions of bars, accelerations.
+//!
+//! ```text
+//! reaction, effort of a constraint, tension    of λ: that of the step; at the start, by sub-steps
+//!                                              that of the acceleration level
+//! acceleration, angular acceleration, imu      of a at the acceleration level, as at the end
+//!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
+//! ```
+
+use super::prepared::design as design_of;
+use super::quantity::{no_derivative, number_of, point};
+use crate::design::{ModelTangent, refused};
+use crate::system::System;
+use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_constraints::design::Design;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_control::terminal_rate::Level;
+use vi_core::Configuration;
+use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, Rows};
+use vi_multibody::form::Form;
+use vi_multibody::law::Input;
+use vi_multibody::mechanism::Mechanism;
+use vi_multibody::reaction::ReactionObserver;
+use vi_multibody::scalar_constraint::ScalarRow;
+use vi_rigid::directors::FRAME;
+
+/// A number that follows from the multipliers of a node.
+struct Transmitted {
+    mechanism: Arc<Mechanism>,
+    number: ForceNumber,
+    by: Vec<MovedForce>, // in the order of the parameters
+}
+
+impl NodeQuantity for Transmitted {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.number.value(&self.mechanism, node.at.q, node.lambda)
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let slopes = [out.q, out.lambda];
+        self.number.add_slopes(&self.mechanism, node.at.q, node.lambda, scale, slopes);
+    }
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        self.by.get(parameter).map_or(0.0, |moved| {
+            self.number.by_parameter(&self.mechanism, moved, node.at, node.lambda)
+        })
+    }
+    fn reads(&self) -> Reads {
+        Reads { forces: true, accelerations: false }
+    }
+    fn reads_velocity(&self) -> bool {
+        false
+    }
+}
+
+/// `B·(ẍ − γ)`, or a component of `ẍ` where `B` is constant.
+struct Felt {
+    point: Form,
+    along: Form, // B
+    gravity: Vector3<f64>,
+    by: Vec<(Form, Vector3<f64>)>, // of the point and of γ, in the order of the parameters
+}
+
+impl NodeQuantity for Felt {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.along.at(node.at.q).dot(&(self.point.rate(node.a) - self.gravity))
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let felt = self.point.rate(node.a) - self.gravity;
+        self.along.add_transposed(&(scale * felt), out.q);
+        self.point.add_transposed(&(scale * self.along.at(node.at.q)), out.a);
+    }
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        let own = self.by.get(parameter).map(|(point, gravity)| point.rate(node.a) - gravity);
+        own.map_or(0.0, |own| self.along.at(node.at.q).dot(&own))
+    }
+    fn reads(&self) -> Reads {
+        Reads { forces: false, accelerations: true }
+    }
+}
+
+/// `B·ω`.
+struct Gyro {
+    along: Form,
+    spins: [Input; 3],
+}
+
+impl NodeQuantity for Gyro {
+    fn value(&self, node: Node<'_>) -> f64 {
+        let along = self.along.at(node.at.q);
+        (0..3).map(|k| along[k] * self.spins[k].value(node)).sum()
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+        let along = self.along.at(node.at.q);
+        let spin = Vector3::from_fn(|k, _| self.spins[k].value(node));
+        self.along.add_transposed(&(scale * spin), out.q);
+        for (k, own) in self.spins.iter().enumerate() {
+            own.add_slopes(node, scale * along[k], out.again());
+        }
+    }
+}
+
+/// A component of an angular acceleration: that of an angular velocity with `a` in the place of
+/// `v̂`.
+struct Turning(Input);
+
+impl NodeQuantity for Turning {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.0.value(Node::moving(node.at, node.a))
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let out = Slopes { q: out.q, v: out.a, lambda: out.lambda, a: &mut [] };
+        self.0.add_slopes(Node::moving(node.at, node.a), scale, out);
+    }
+    fn reads(&self) -> Reads {
+        Reads { forces: false, accelerations: true }
+    }
+}
+
+/// What a sensor of forces of constraints or of accelerations shows; `None` of others.
+///
+/// # Errors
+/// [`ModelError`] of one that has no derivative.
+pub(crate) fn of_sensor(
+    (model, rows): (&Model, &IndependentRows),
+    system: &System,
+    key: &str,
+    of: (&Sensor, Option<&str>),
+    tangents: &[ModelTangent],
+) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    let sensor = of.0;
+    let Some(number) = number(model, system, key, of)? else {
+        return accelerated(model, system, key, of, tangents);
+    };
+    let mechanism = &system.mechanism;
+    if !is_unique((mechanism, rows), &number) {
+        let what = format!(
+            "the derivative of the sensor `{}`, which a redundant loop does not determine",
+            sensor.name
+        );
+        let help = "take a joint or a component that is unique, as the sensor shows";
+        return Err(refused(key, what, help));
+    }
+    let moved = tangents.iter().map(|own| number.moved(mechanism, &own.numbers));
+    let by = moved.collect::<Result<_, _>>();
+    let by = by.map_err(|error| refused(key, error.to_string(), "leave the parameter out"))?;
+    let mechanism = Arc::new(mechanism.clone());
+    Ok(Some(Box::new(Transmitted { mechanism, number, by })))
+}
+
+/// The number of accelerations that a sensor shows.
+fn accelerated(
+    model: &Model,
+    system: &System,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+    tangents: &[ModelTangent],
+) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    let is_imu = sensor.kind == SensorKind::Imu;
+    let is_turning = sensor.kind == SensorKind::AngularAcceleration;
+    if !(is_imu || is_turning || sensor.kind == SensorKind::Acceleration) {
+        return Ok(None);
+    }
+    let (mechanism, part) = (&system.mechanism, number_of(model, key, (sensor, part))?);
+    let spin = |axis| model.frame(&sensor.of).map(|frame| Input::Spin(FRAME * frame, axis));
+    if is_turning {
+        let spin = spin(part).ok_or_else(|| no_derivative(key, sensor))?;
+        return Ok(Some(Box::new(Turning(spin))));
+    }
+    let along = match is_imu {
+        false => Form::constant(Vector3::ith(part, 1.0)),
+        true => {
+            let axis: [f64; 3] = sensor.axes().column(part % 3).into_owned().into();
+            let end = point(model, mechanism, &sensor.of, Some(axis));
+            end.minus(&point(model, mechanism, &sensor.of, None))
+        }
+    };
+    if part >= 3 {
+        let spins = [spin(0), spin(1), spin(2)].map(|own| own.unwrap_or(Input::Time));
+        return Ok(Some(Box::new(Gyro { along, spins })));
+    }
+    let felt = |x: Vector3<f64>| if is_imu { x } else { Vector3::zeros() };
+    let still = || Form::constant(Vector3::zeros());
+    let change = |own: &ModelTangent| {
+        let point = own.sensors.get(&sensor.name).cloned().unwrap_or_else(still);
+        (point, felt(own.numbers.gravity))
+    };
+    Ok(Some(Box::new(Felt {
+        point: point(model, mechanism, &sensor.of, sensor.point),
+        along,
+        gravity: felt(mechanism.description().gravity),
+        by: tangents.iter().map(change).collect(),
+    })))
+}
+
+/// What the acceleration level of a run follows from; `of_steps`: whether it serves the first node
+/// alone.
+///
+/// # Errors
+/// [`ModelError`] where it has no derivative.
+pub(crate) fn level(
+    model: &Model,
+    system: &System,
+    (key, of_steps): (&str, bool),
+    tangents: &[ModelTangent],
+) -> Result<Level, ModelError> {
+    if let Some(control) = model.controls.first().filter(|_| !of_steps) {
+        let what = format!(
+            "accelerations, and forces of constraints by sub-steps or Galerkin's method, with the control `{}`",
+            control.name
+        );
+        let help = "take forces of constraints of a run of order 2, or remove the [[control]]";
+        return Err(refused(key, what, help));
+    }
+    let System { mechanism, dynamics, .. } = system;
+    let mass = dynamics.parts.mass_matrix(mechanism);
+    let design: Option<Arc<dyn Design + Send + Sync>> = match tangents {
+        [] => None,
+        tangents => Some(Arc::new(design_of(system, &mass, tangents)?)),
+    };
+    Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design })
+}
+
+/// Refuses numbers along a path that no node knows alone.
+///
+/// # Errors
+/// [`ModelError`].
+pub(crate) fn known(
+    key: &str,
+    reads: Reads,
+    (of_states, at_end): (bool, bool),
+) -> Result<(), ModelError> {
+    if of_states || !reads.accelerations {
+        return Ok(());
+    }
+    if reads.forces {
+        let what = "accelerations beside forces of constraints in one expression";
+        return Err(refused(key, what, "take two sensors, or `order = 4`"));
+    }
+    if !at_end {
+        let what = "the derivative of accelerations along a path of steps of order 2";
+        let help = "take them at the end, or take rates; with `order = 4` they have one";
+        return Err(refused(key, what, help));
+    }
+    Ok(())
+}
+
+/// The number of multipliers that a sensor shows.
+fn number(
+    model: &Model,
+    system: &System,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+) -> Result<Option<ForceNumber>, ModelError> {
+    let description = system.mechanism.description();
+    let of = sensor.of.as_str();
+    let scalar = || description.scalars.iter().position(|own| own.name == of);
+    match sensor.kind {
+        SensorKind::Reaction => {}
+        SensorKind::Effort if scalar().is_some() => {}
+        _ => return Ok(None),
+    }
+    let part = number_of(model, key, (sensor, part))?;
+    if sensor.kind == SensorKind::Effort {
+        let Some(k) = scalar() else { return Ok(None) };
+        let rows = system.mechanism.scalar_rows(k);
+        let rows = rows.start..rows.start + 1;
+        let factor = match description.scalars[k].rows.first() {
+            Some(ScalarRow::Product(distance)) => distance.target.sqrt(), // l, c = l²
+            _ => -1.0,
+        };
+        return Ok(Some(ForceNumber::Rows { rows, factor, of: Rows::Scalar(k) }));
+    }
+    if let Some(k) = description.bars.iter().position(|own| own.name == of) {
+        let (rows, factor) = (system.mechanism.bar_rows(k), description.bars[k].length);
+        return Ok(Some(ForceNumber::Rows { rows, factor, of: Rows::Bar(k) }));
+    }
+    let joint = description.joints.iter().position(|own| own.name == of);
+    let joint = joint.ok_or_else(|| no_derivative(key, sensor))?;
+    let axes = match sensor.frame.unwrap_or_default() {
+        ReactionFrame::Parent => Axes::Parent,
+        ReactionFrame::Child => Axes::Child,
+        ReactionFrame::Space => Axes::Space,
+    };
+    Ok(Some(ForceNumber::Reaction { joint, axes, part }))
+}
+
+/// Whether such a number is determined at the initial configuration.
+fn is_unique((mechanism, rows): (&Mechanism, &IndependentRows), number: &ForceNumber) -> bool {
+    let q = mechanism.initial_configuration();
+    let at = Configuration::new(0.0, &q);
+    let mut observer = ReactionObserver::new(mechanism);
+    let force = vec![0.0; q.len()];
+    let found = observer.observe(mechanism, at, &force, rows);
+    match number {
+        ForceNumber::Reaction { joint, axes, part } => {
+            let reaction = match axes {
+                Axes::Parent => found.joint(*joint),
+                Axes::Child => found.joint_along_child(*joint),
+                Axes::Space => found.joint_along(*joint, &nalgebra::Matrix3::identity()),
+            };
+            reaction.unique[*part]
+        }
+        ForceNumber::Rows { of: Rows::Bar(k), .. } => found.bar(*k).unique,
+        ForceNumber::Rows { rows, .. } => found.scalar_row(rows.start).unique,
+    }
+}

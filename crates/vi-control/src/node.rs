@@ -1,0 +1,166 @@
+//! Numbers of a node: of its configuration, its velocity, its multipliers, its acceleration.
+//!
+//! ```text
+//! y(t, q, v̂, λ, a)        ∂y/∂q, ∂y/∂v̂, ∂y/∂λ, ∂y/∂a, y_θ
+//! ```
+
+use crate::objective::{Quantity, Seen};
+use vi_core::Configuration;
+use vi_multibody::law::Input;
+
+/// A node as numbers read it; what none of them reads may be empty.
+#[derive(Clone, Copy, Debug)]
+pub struct Node<'a> {
+    /// `(t, q)`, angles and internal variables.
+    pub at: Configuration<'a>,
+    /// `v̂`, shape `n`.
+    pub v: &'a [f64],
+    /// `λ` of all constraints, shape `m`.
+    pub lambda: &'a [f64],
+    /// `a`, shape `n`.
+    pub a: &'a [f64],
+}
+
+impl<'a> Node<'a> {
+    /// With its velocity alone.
+    #[must_use]
+    pub fn moving(at: Configuration<'a>, v: &'a [f64]) -> Self {
+        Self { at, v, lambda: &[], a: &[] }
+    }
+}
+
+/// Derivatives by what a node is.
+#[derive(Debug)]
+pub struct Slopes<'a> {
+    /// By `q`, shape `n`.
+    pub q: &'a mut [f64],
+    /// By `v̂`, shape `n`.
+    pub v: &'a mut [f64],
+    /// By `λ`, shape `m`, or empty as that of the node.
+    pub lambda: &'a mut [f64],
+    /// By `a`, shape `n`, or empty as that of the node.
+    pub a: &'a mut [f64],
+}
+
+impl Slopes<'_> {
+    /// The same for a while.
+    pub fn again(&mut self) -> Slopes<'_> {
+        let Self { q, v, lambda, a } = self;
+        Slopes { q, v, lambda, a }
+    }
+}
+
+/// What a number reads of a node beside configuration and velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reads {
+    /// `λ`.
+    pub forces: bool,
+    /// `a`.
+    pub accelerations: bool,
+}
+
+impl Reads {
+    /// What either reads.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self {
+            forces: self.forces || other.forces,
+            accelerations: self.accelerations || other.accelerations,
+        }
+    }
+
+    /// Whether anything is read.
+    #[must_use]
+    pub fn any(self) -> bool {
+        self.forces || self.accelerations
+    }
+}
+
+/// A number that a node has.
+pub trait NodeQuantity: Send + Sync {
+    /// The number.
+    fn value(&self, node: Node<'_>) -> f64;
+    /// Adds `scale` times its derivatives.
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>);
+    /// `∂y/∂θ` with all that the node is held.
+    fn by_parameter(&self, _parameter: usize, _node: Node<'_>) -> f64 {
+        0.0
+    }
+    /// What it reads beside `q` and `v̂`.
+    fn reads(&self) -> Reads {
+        Reads::default()
+    }
+    /// Whether it reads `v̂`.
+    fn reads_velocity(&self) -> bool {
+        true
+    }
+    /// Takes note of a node, one after the other, where the number is continued along the motion.
+    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+}
+
+impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
+    fn value(&self, node: Node<'_>) -> f64 {
+        (**self).value(node)
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        (**self).add_slopes(node, scale, out);
+    }
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        (**self).by_parameter(parameter, node)
+    }
+    fn reads(&self) -> Reads {
+        (**self).reads()
+    }
+    fn reads_velocity(&self) -> bool {
+        (**self).reads_velocity()
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        (**self).follow(node, seen);
+    }
+}
+
+/// The rate `ẏ = ∇y·v` of a quantity.
+#[derive(Clone, Debug)]
+pub struct RateOf<Q>(
+    /// Of what.
+    pub Q,
+);
+
+impl<Q: Quantity> NodeQuantity for RateOf<Q> {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        let mut slope = vec![0.0; v.len()];
+        self.0.add_slope(at, 1.0, &mut slope);
+        vi_core::linear::dot(&slope, v)
+    }
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        self.0.add_slope(at, scale, out.v);
+        let mut along = vec![0.0; v.len()];
+        for (i, sum) in out.q.iter_mut().enumerate() {
+            along[i] = 1.0;
+            *sum += scale * self.0.second(at, v, &along); // D²y[v, e_i]
+            along[i] = 0.0;
+        }
+    }
+    fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
+        self.0.rate_by_parameter(parameter, at, v)
+    }
+    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+        self.0.follow(node, seen);
+    }
+}
+
+/// What a law reads of a node, but what is held or past.
+impl NodeQuantity for Input {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        self.at_node(at, v, &[])
+    }
+    fn add_slopes(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        scale: f64,
+        Slopes { q, v: of_v, .. }: Slopes<'_>,
+    ) {
+        self.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
+        self.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);
+    }
+}

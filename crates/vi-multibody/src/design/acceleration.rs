@@ -1,0 +1,186 @@
+//! How the acceleration and the multipliers of a node change.
+//!
+//! ```text
+//! [M Gᵀ; G 0](a, λ) = (F, −γ)          F = f − ∇V at (t, q, v̂),   γ = D²g[v̂, v̂] + ∂²g/∂t²
+//! [M Gᵀ; G 0](δa, δλ) = ( F_q δq + F_v δv̂ + F_θ − M_θ a − (Σ λ_i D²g_i) δq − (Gᵀ)_θ λ,
+//!                         −2 D²g[v̂, δv̂] − D²g[a, δq] − γ_θ − G_θ a )
+//! [M Gᵀ; G 0](w, ν) = (∂y/∂a, ∂y/∂λ)
+//! ∂y/∂q = F_qᵀ w − (Σ λ_i D²g_i) w − (Σ ν_i D²g_i) a,      ∂y/∂v̂ = F_vᵀ w − 2 (Σ ν_i D²g_i) v̂
+//! ∂y/∂θ = w·(F_θ − M_θ a − (Gᵀ)_θ λ) − ν·(γ_θ + G_θ a)
+//! ```
+//! `v̂` is that of [`NodeVelocity`], which passes `∂y/∂v̂` on. The second derivatives of `g` are
+//! constant: constraints along angles, as gears and prescribed motions of hinges, are left out.
+//! Redundant constraints: `λ` and `ν` of independent rows.
+#![allow(non_snake_case)] // F, G, M
+
+use super::velocity::NodeVelocity;
+use super::{DesignError, MechanismTangent};
+use crate::constraint::scalar_constraint::ScalarRow;
+use crate::mechanism::Mechanism;
+use vi_constraints::Constraints;
+use vi_constraints::design::{Design, Place};
+use vi_constraints::saddle_point::IndependentRows;
+use vi_core::discrete_lagrangian::DiscreteLagrangian;
+use vi_core::interval::Interval;
+use vi_core::linear::{Singular, dot};
+use vi_core::sparse::{Block, Product};
+use vi_core::{Configuration, State};
+
+/// `a` and `λ` at nodes with their derivatives.
+#[derive(Debug)]
+pub struct NodeAcceleration {
+    velocity: NodeVelocity,
+    v: Vec<f64>,      // n
+    a: Vec<f64>,      // n
+    lambda: Vec<f64>, // m
+    w: Vec<f64>,      // n  of the last pull
+    nu: Vec<f64>,     // m
+    x: Vec<f64>,      // n + r
+    of_v: Vec<f64>,   // n
+    rows: Vec<f64>,   // m
+    standing: Interval,
+}
+
+impl NodeAcceleration {
+    /// Of a mechanism with independent `rows`, by parameters along which its numbers change so.
+    ///
+    /// # Errors
+    /// [`DesignError`], also of constraints whose second derivatives are not constant.
+    pub fn new(
+        mechanism: &Mechanism,
+        rows: &IndependentRows,
+        tangents: &[MechanismTangent],
+    ) -> Result<Self, DesignError> {
+        let (n, m) = (mechanism.dim(), mechanism.len());
+        let description = mechanism.description();
+        let curved = |row: &ScalarRow| !matches!(row, ScalarRow::Product(_));
+        let scalar = description.scalars.iter().find(|own| own.rows.iter().any(curved));
+        let screw = description.joints.iter().find(|joint| joint.kind.pitch().is_some());
+        if let Some(name) = scalar.map(|own| &own.name).or(screw.map(|own| &own.name)) {
+            return Err(DesignError::Angle(name.clone()));
+        }
+        Ok(Self {
+            velocity: NodeVelocity::new(mechanism, rows, tangents)?,
+            v: vec![0.0; n],
+            a: vec![0.0; n],
+            lambda: vec![0.0; m],
+            w: vec![0.0; n],
+            nu: vec![0.0; m],
+            x: vec![0.0; n + rows.len()],
+            of_v: vec![0.0; n],
+            rows: vec![0.0; m],
+            standing: Interval::new(n),
+        })
+    }
+
+    /// Finds `v̂`, `a` and `λ` at the node of a state.
+    ///
+    /// # Errors
+    /// [`Singular`] where the constraints have lost rank, or a direction that they leave free has
+    /// no mass.
+    pub fn find(
+        &mut self,
+        mechanism: &Mechanism,
+        system: &impl DiscreteLagrangian,
+        state: &State,
+    ) -> Result<(), Singular> {
+        let Self { velocity, v, a, lambda, x, rows, standing, .. } = self;
+        let (n, at) = (v.len(), state.configuration());
+        v.copy_from_slice(velocity.find(mechanism, system.mass(), state)?);
+        mechanism.acceleration_terms(at.t, at.q, v, rows);
+        rows.iter_mut().for_each(|b| *b = -*b);
+        let saddle = velocity.saddle();
+        let (upper, lower) = x.split_at_mut(n);
+        upper.fill(0.0);
+        system.add_gauss_force(at, v, upper);
+        saddle.rows().gather(rows, lower);
+        saddle.solve_factorized(x)?;
+        a.copy_from_slice(&x[..n]);
+        lambda.fill(0.0);
+        saddle.rows().scatter(&x[n..], lambda);
+        standing.gather_at(at, v, 1.0);
+        Ok(())
+    }
+
+    /// `v̂`, shape `n`.
+    #[must_use]
+    pub fn v(&self) -> &[f64] {
+        &self.v
+    }
+
+    /// `a`, shape `n`.
+    #[must_use]
+    pub fn a(&self) -> &[f64] {
+        &self.a
+    }
+
+    /// `λ` over all constraints, zero of those that are left out; shape `m`.
+    #[must_use]
+    pub fn lambda(&self) -> &[f64] {
+        &self.lambda
+    }
+
+    /// Adds the derivatives by `q` and `p̄`, shape `n`, of a number with these by `v̂`, `a`, `λ`.
+    ///
+    /// # Errors
+    /// As of [`NodeAcceleration::find`].
+    pub fn pull(
+        &mut self,
+        mechanism: &Mechanism,
+        system: &impl DiscreteLagrangian,
+        at: Configuration<'_>,
+        [by_v, by_a, by_lambda]: [&[f64]; 3],
+        [q, p]: [&mut [f64]; 2],
+    ) -> Result<(), Singular> {
+        let Self { velocity, v, a, lambda, w, nu, x, of_v, .. } = self;
+        let n = v.len();
+        let saddle = velocity.saddle();
+        let (upper, lower) = x.split_at_mut(n);
+        upper.copy_from_slice(by_a);
+        saddle.rows().gather(by_lambda, lower);
+        saddle.solve_factorized(x)?;
+        w.copy_from_slice(&x[..n]);
+        nu.fill(0.0);
+        saddle.rows().scatter(&x[n..], nu);
+        of_v.copy_from_slice(by_v);
+        for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut of_v[..])] {
+            let into = &mut Product { v: w, out };
+            let mut transposed = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+            system.gauss_slopes(at, v, by, &mut transposed);
+        }
+        let bend = |mu: &[f64], scale, of: &[f64], out: &mut [f64]| {
+            mechanism.weighted_hessian(at.t, at.q, mu, scale, &mut Product { v: of, out });
+        };
+        bend(lambda, -1.0, w, q);
+        bend(nu, -1.0, a, q);
+        bend(nu, -2.0, v, of_v);
+        velocity.pull(mechanism, at, of_v, [q, p])
+    }
+
+    /// `w`, the derivative of the number of the last [`NodeAcceleration::pull`] by forces on the
+    /// coordinates, shape `n`.
+    #[must_use]
+    pub fn by_force(&self) -> &[f64] {
+        &self.w
+    }
+
+    /// What a parameter adds at fixed `q` and `p̄` to the number of the last
+    /// [`NodeAcceleration::pull`].
+    #[must_use]
+    pub fn pulled_by_parameter(
+        &mut self,
+        at: Configuration<'_>,
+        design: &dyn Design,
+        parameter: usize,
+    ) -> f64 {
+        let Self { velocity, v, a, lambda, w, nu, of_v, rows, standing, .. } = self;
+        let sum = velocity.pulled_by_parameter(at, parameter);
+        let (minus, plus) = (of_v, &mut vec![0.0; v.len()]);
+        minus.fill(0.0);
+        rows.fill(0.0);
+        let none = vec![0.0; rows.len()];
+        design.add_tangent(parameter, Place::Gauss(standing), &none, minus, plus, rows);
+        let force = dot(minus, w) + dot(plus, w); // F_θ: what inertia adds to both is opposite
+        sum + force + velocity.pulled_acceleration(at, parameter, [w, nu], [v, a, lambda])
+    }
+}
