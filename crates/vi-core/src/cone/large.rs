@@ -1,6 +1,6 @@
-//! Many contacts: sweeps over the sparse rows of `W` with conjugate directions, then Newton's
-//! method with sparse factors; where both fail, convex programs in a sequence. The cost of a sweep
-//! is linear in the number of entries.
+//! Many contacts: Newton's method with sparse factors from the warm start, from parts of it and from
+//! where sweeps with conjugate directions end; where all fail, convex programs in a sequence. The cost
+//! of a sweep is linear in the number of entries.
 #![allow(non_snake_case)] // W, A
 
 use super::conjugate::Conjugate;
@@ -19,19 +19,30 @@ const TARGET: f64 = 1e-11;
 /// Sweeps between two looks at that.
 const BETWEEN: usize = 4;
 /// Most sweeps forth and back.
-const SWEEPS: usize = 1024;
-/// Newton's method begins after so many sweeps, and after twice as many again; where the laws hold
-/// to `NEARLY`, each time after so many.
+const SWEEPS: usize = 256;
+/// Newton's method begins at once, after so many sweeps, and after twice as many again; where the
+/// laws hold to `NEARLY`, each time after so many.
 const FIRST: usize = 64;
 const NEARLY: f64 = 1e-7;
 const LOOKS: usize = 16;
-const NEWTON_STEPS: usize = 12;
-/// Steps after which each has to halve the violation.
-const STALLED: usize = 4;
+/// Its steps: the violation may rise on the way.
+const NEWTON_STEPS: usize = 30;
+/// Parts of the warm start that it begins with where it fails from there.
+const STARTS: [f64; 4] = [0.5, 2.0, 1.5, 0.0];
+/// Steps in a row that find no smaller violation: they lead nowhere.
+const PATIENCE: usize = 10;
+/// So often a step is halved, if it makes the violation larger.
+const HALVINGS: usize = 10;
+/// A violation to end with, where who asks corrects `w` next.
+const NEARBY: f64 = 1e-4;
 /// Convex programs in a sequence.
 const PROGRAMS: usize = 20;
-/// Added to the diagonal of the derivative: impulses need not be unique.
+/// Added to the diagonal of the derivative: impulses need not be unique. Near a solution, below
+/// `CLOSE`, more is added as long as that leads on: rounding errors then do not move impulses along
+/// what no law determines.
 const SMALL: f64 = 1e-10;
+const STEADY: f64 = 1e-5;
+const CLOSE: f64 = 1e-6;
 
 /// A matrix in sparse rows, the places of a row in ascending order.
 #[derive(Clone, Copy, Debug)]
@@ -61,36 +72,48 @@ pub struct LargeConeSolver {
     places: Vec<u32>,
     values: Vec<f64>,  // W in units
     w: Vec<f64>,       // k
+    errors: Vec<f64>,  // k  of w; empty: none
     impulse: Vec<f64>, // k
     conjugate: Conjugate,
     interior: Interior<Sparse>,
     F: Vec<f64>,     // k  of the last residual
+    regular: f64,    // what is added to the diagonal
+    excess: f64,     // the residual beside the errors of w
     step: Vec<f64>,  // k
     from: Vec<f64>,  // k
     best: Vec<f64>,  // k
     swept: Vec<f64>, // k
+    ends_nearby: bool,
+    nearest: Vec<f64>, // k
+    least: f64,        // the residual of `nearest`
     derivative: Option<SparseMatrix>,
     factors: Option<SparseLu>,
 }
 
 impl LargeConeSolver {
+    /// As [`super::ConeSolver::end_early`].
+    pub fn end_early(&mut self, wanted: bool) {
+        self.ends_nearby = wanted;
+    }
+
     /// Finds the impulses of `y = WΛ + w` to `1e-11` of the sizes of the terms.
     ///
-    /// `w`, `lambda`: as of [`super::ConeSolver::solve`].
+    /// `w` with its `errors`, `lambda`: as of [`super::ConeSolver::solve_within`].
     ///
     /// # Errors
-    /// [`ConeFault::NotFinite`], [`ConeFault::NoConvergence`] with the last impulses.
-    pub fn solve(
+    /// [`ConeFault::NotFinite`], [`ConeFault::NoConvergence`] with the nearest impulses that were
+    /// found.
+    pub fn solve_within(
         &mut self,
         cones: &[Cone],
         W: SparseRows<'_>,
-        w: &[f64],
+        (w, errors): (&[f64], &[f64]),
         lambda: &mut [f64],
     ) -> Result<ConeReport, ConeFault> {
-        if !W.values.iter().chain(w).chain(&*lambda).all(|x| x.is_finite()) {
+        if !W.values.iter().chain(w).chain(errors).chain(&*lambda).all(|x| x.is_finite()) {
             return Err(ConeFault::NotFinite);
         }
-        self.load(cones, W, w, lambda);
+        self.load(cones, W, (w, errors), lambda);
         let outcome = self.iterate();
         for ((lambda, own), unit) in lambda.iter_mut().zip(&self.impulse).zip(&self.units) {
             *lambda = own * unit;
@@ -99,12 +122,21 @@ impl LargeConeSolver {
     }
 
     /// Takes the problem over into units in which the largest diagonal of a contact is one.
-    fn load(&mut self, cones: &[Cone], W: SparseRows<'_>, w: &[f64], lambda: &[f64]) {
+    fn load(
+        &mut self,
+        cones: &[Cone],
+        W: SparseRows<'_>,
+        (w, errors): (&[f64], &[f64]),
+        lambda: &[f64],
+    ) {
         let entry = |i: usize, j: usize| {
             let own = SparseRows::range(W.ends, i);
             let place = W.places[own.clone()].binary_search(&(j as u32));
             place.map_or(0.0, |place| W.values[own.start + place])
         };
+        let rows = self.cones.iter().map(|own| own.cone.rows());
+        let has_pattern =
+            rows.eq(cones.iter().map(Cone::rows)) && self.ends == W.ends && self.places == W.places;
         self.cones.clear();
         self.blocks.clear();
         self.units.clear();
@@ -122,17 +154,21 @@ impl LargeConeSolver {
             self.cones.push(Placed { cone: cone.in_units(unit), row });
         }
         let Self { units, ends, places, values, impulse, .. } = self;
-        let copies = [(impulse, lambda, true), (&mut self.w, w, false)];
+        let (own_w, own_errors) = (&mut self.w, &mut self.errors);
+        let copies = [(impulse, lambda, true), (own_w, w, false), (own_errors, errors, false)];
         for (to, from, is_impulse) in copies {
             to.clear();
             let scaled = from.iter().zip(&*units);
             to.extend(scaled.map(|(x, unit)| if is_impulse { x / unit } else { x * unit }));
         }
         self.conjugate.begin(w.len());
-        ends.clear();
-        ends.extend_from_slice(W.ends);
-        places.clear();
-        places.extend_from_slice(W.places);
+        if !has_pattern {
+            (self.derivative, self.factors) = (None, None);
+            ends.clear();
+            ends.extend_from_slice(W.ends);
+            places.clear();
+            places.extend_from_slice(W.places);
+        }
         values.clear();
         for (i, unit) in units.iter().enumerate() {
             let own = SparseRows::range(W.ends, i);
@@ -142,12 +178,30 @@ impl LargeConeSolver {
     }
 
     fn iterate(&mut self) -> Result<ConeReport, ConeFault> {
-        (self.derivative, self.factors) = (None, None);
+        let done = |residual, rounds| Ok(ConeReport { residual, rounds });
         let mut residual = self.residual();
-        for sweep in 0..SWEEPS {
-            if residual <= TARGET {
-                return Ok(ConeReport { residual, rounds: sweep });
+        if residual <= TARGET {
+            return done(residual, 0);
+        }
+        self.least = f64::INFINITY;
+        self.swept.clone_from(&self.impulse);
+        residual = self.newton();
+        if self.excess <= TARGET {
+            return done(residual, 1);
+        }
+        if self.ends_nearby && self.least <= NEARBY {
+            return self.end_nearby();
+        }
+        for part in STARTS {
+            let parts = self.impulse.iter_mut().zip(&self.swept);
+            parts.for_each(|(impulse, warm)| *impulse = part * warm);
+            residual = self.newton();
+            if self.excess <= TARGET {
+                return done(residual, 1);
             }
+        }
+        self.impulse.clone_from(&self.swept);
+        for sweep in 1..=SWEEPS {
             self.conjugate.before(&self.impulse);
             self.sweep();
             (0..self.cones.len()).rev().for_each(|k| self.settle(k));
@@ -156,51 +210,71 @@ impl LargeConeSolver {
                 residual = self.residual();
             }
             let is_near = residual <= NEARLY && sweep % LOOKS == 0;
-            if is_near || sweep + 1 >= FIRST && (sweep + 1).is_power_of_two() {
+            if is_near || sweep >= FIRST && sweep.is_power_of_two() {
                 self.swept.clone_from(&self.impulse);
                 self.sweep(); // without the last direction the impulses are in their cones
-                residual = self.newton(STALLED);
-                if residual > TARGET {
-                    self.impulse.clone_from(&self.swept);
+                residual = self.newton();
+                if self.excess <= TARGET {
+                    return done(residual, 1 + sweep);
                 }
+                self.impulse.clone_from(&self.swept);
+            }
+            if residual <= TARGET {
+                return done(residual, 1 + sweep);
             }
         }
         let mut interior = std::mem::take(&mut self.interior);
+        let solved = self.by_programs(&mut interior);
+        self.interior = interior;
+        match solved {
+            Some(solved) => Ok(solved),
+            None => self.end_nearby(),
+        }
+    }
+
+    /// The nearest impulses that were found.
+    fn end_nearby(&mut self) -> Result<ConeReport, ConeFault> {
+        self.impulse.clone_from(&self.nearest);
+        Err(ConeFault::NoConvergence { residual: self.least, cones: self.cones.len() })
+    }
+
+    /// Convex programs in a sequence, each followed by Newton's method.
+    fn by_programs(&mut self, interior: &mut Interior<Sparse>) -> Option<ConeReport> {
         interior.begin(self);
         for program in 1..=PROGRAMS {
             let part = if program > PROGRAMS / 2 { 0.5 } else { 1.0 };
             let impulse = interior.advance(self, part);
             self.impulse.copy_from_slice(impulse);
-            residual = self.newton(NEWTON_STEPS);
-            if residual <= TARGET {
-                self.interior = interior;
-                return Ok(ConeReport { residual, rounds: SWEEPS + program });
+            let residual = self.newton();
+            if self.excess <= TARGET {
+                return Some(ConeReport { residual, rounds: 1 + SWEEPS + program });
             }
         }
-        self.interior = interior;
-        self.impulse.clone_from(&self.swept);
-        self.sweep();
-        let residual = self.residual();
-        Err(ConeFault::NoConvergence { residual, cones: self.cones.len() })
+        None
     }
 
     fn sweep(&mut self) {
         (0..self.cones.len()).for_each(|k| self.settle(k));
     }
 
-    /// Newton's method from the present impulses, after some steps as long as each halves the
-    /// violation; keeps the best point and returns its residual.
-    fn newton(&mut self, patience: usize) -> f64 {
+    /// Newton's method from the present impulses; keeps the best point and returns its residual.
+    fn newton(&mut self) -> f64 {
         let mut now = self.residual();
-        let mut least = now;
+        let (mut least, mut excess, mut slow) = (now, self.excess, false);
         self.best.clone_from(&self.impulse);
-        for step in 0..NEWTON_STEPS {
-            if least <= TARGET || step > patience && now > 0.5 * least || !self.find_step() {
+        let (mut leads, mut idle) = (true, 0); // of steady steps
+        for _ in 0..NEWTON_STEPS {
+            if least <= TARGET || excess <= TARGET && slow || idle == PATIENCE {
+                break;
+            }
+            let is_steady = now <= CLOSE && leads;
+            self.regular = if is_steady { STEADY } else { SMALL };
+            if !self.find_step() {
                 break;
             }
             self.from.clone_from(&self.impulse);
             let (last, mut part) = (now, 1.0);
-            for _ in 0..=6 {
+            for _ in 0..HALVINGS {
                 let moves = self.from.iter().zip(&self.step);
                 let to = self.impulse.iter_mut().zip(moves);
                 to.for_each(|(impulse, (from, step))| *impulse = from - part * step);
@@ -210,12 +284,22 @@ impl LargeConeSolver {
                 }
                 part *= 0.5;
             }
-            if now < least {
-                least = now;
+            slow = now > 0.5 * least;
+            leads &= !(is_steady && slow);
+            idle += 1;
+            // within the errors of w impulses stay where steps do not lead on
+            if now < least && !(slow && excess <= TARGET) {
+                idle = 0;
+                (least, excess) = (now, self.excess);
                 self.best.clone_from(&self.impulse);
             }
         }
         self.impulse.clone_from(&self.best);
+        self.excess = excess;
+        if least < self.least {
+            self.least = least;
+            self.nearest.clone_from(&self.best);
+        }
         least
     }
 
@@ -249,7 +333,7 @@ impl LargeConeSolver {
                     for (j, value) in places.zip(&self.values[entries.clone()]) {
                         out.add(row + i, *j as usize, of_y[i] * value);
                     }
-                    let regular = if i == l { SMALL } else { 0.0 };
+                    let regular = if i == l { self.regular } else { 0.0 };
                     out.add(row + i, row + l, own[i] + regular);
                 }
             }
@@ -285,7 +369,7 @@ impl LargeConeSolver {
 
     /// The largest violation of a law relative to the sizes of the terms of its rows.
     fn residual(&mut self) -> f64 {
-        let mut worst = 0.0_f64;
+        let (mut worst, mut excess) = (0.0_f64, 0.0_f64);
         let mut all = std::mem::take(&mut self.F);
         all.resize(self.w.len(), 0.0);
         for &Placed { cone, row } in &self.cones {
@@ -301,8 +385,10 @@ impl LargeConeSolver {
             all[row..row + rows].copy_from_slice(&F[..rows]);
             let fault = norm_inf(&F[..rows]);
             worst = worst.max(if fault == 0.0 { 0.0 } else { fault / size });
+            let error = self.errors.get(row..row + rows).map_or(0.0, norm_inf);
+            excess = excess.max(if fault <= error { 0.0 } else { (fault - error) / size });
         }
-        self.F = all;
+        (self.F, self.excess) = (all, excess);
         worst
     }
 }
