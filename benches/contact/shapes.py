@@ -77,8 +77,6 @@ def text(problem, h):
 
 
 def holonom(problem, h):
-    if problem == "stack":
-        return None  # boxes among themselves are refused
     if problem == "stop":
         stops.PROGRAM, stops.FOLDER = PROGRAM, FOLDER
         return stops.holonom(problem, h)

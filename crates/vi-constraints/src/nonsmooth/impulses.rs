@@ -8,7 +8,7 @@
 //! contracts by `O(hω)`.
 
 use super::ContactFault;
-use super::active_rows::{ActiveRows, Present};
+use super::active_rows::{ActiveRows, EARLY, Present};
 use super::delassus::Delassus;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
@@ -387,11 +387,11 @@ impl NodeImpulses {
         self.solved_with.clear();
         self.solved_with.resize(self.lambda.len(), 0.0);
         let (mut last, mut responds) = (f64::INFINITY, false);
+        let (mut passes, mut stands, mut settled) = (0, false, false);
         for pass in 0..ITERATIONS {
-            if pass == UNSETTLED {
-                for contact in &mut self.contacts {
-                    contact.settle();
-                }
+            if !settled && (stands || pass == UNSETTLED) {
+                self.contacts.iter_mut().for_each(Contact::settle);
+                settled = true;
             }
             self.try_step_near(run, (step, state))?;
             if self.contacts.is_empty() {
@@ -413,6 +413,11 @@ impl NodeImpulses {
             if is_exact && (change <= rounding || stagnates) {
                 return Ok(());
             }
+            passes = pass + 1;
+            stands = change == 0.0 && passes > EARLY;
+            if stands && settled {
+                break; // the same problem would be stated again
+            }
             if !responds && Self::is_slow(pass, change, last) {
                 responds = true;
                 self.respond(run, (step, state))?;
@@ -424,7 +429,7 @@ impl NodeImpulses {
         let fault = ContactFault::NoConvergence {
             element: elements[element as usize].name().to_owned(),
             contacts: self.contacts.len(),
-            iterations: ITERATIONS,
+            iterations: passes,
             change: last,
         };
         Err(fault.into())
