@@ -131,6 +131,7 @@ pub struct ConeSolver {
     best: Vec<f64>,    // k
     ends_nearby: bool,
     patience: usize,   // of Newton's method
+    warm: Vec<f64>,    // k  where the methods begin
     nearest: Vec<f64>, // k
     least: f64,        // the excess of `nearest`
     swept: Vec<f64>,   // k
@@ -206,8 +207,8 @@ impl ConeSolver {
             return Err(ConeFault::Wedged { cone });
         }
         self.residual.resize(&self.problem);
-        let Self { impulse, trial, best, nearest, swept, found, step, .. } = self;
-        for vector in [impulse, trial, best, nearest, swept, found, step] {
+        let Self { impulse, trial, best, warm, nearest, swept, found, step, .. } = self;
+        for vector in [impulse, trial, best, warm, nearest, swept, found, step] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -243,8 +244,12 @@ impl ConeSolver {
         self.least = self.residual.excess();
         self.nearest.copy_from_slice(&self.impulse);
         let is_small = self.problem.rows() <= FEW;
-        for patience in [PATIENCE, NEWTON_STEPS] {
-            self.patience = patience;
+        let patiences: &[usize] =
+            if is_small { &[PATIENCE, NEWTON_STEPS] } else { &[NEWTON_STEPS] };
+        self.warm.copy_from_slice(&self.impulse);
+        for patience in patiences {
+            self.patience = *patience;
+            self.impulse.copy_from_slice(&self.warm);
             let found = if is_small { self.in_rounds(rounding) } else { self.of_many(rounding) };
             if let Some(found) = found {
                 return Ok(found);
@@ -263,7 +268,6 @@ impl ConeSolver {
             if is_small && let Some(done) = self.along_compliances(rounding) {
                 return Ok(done);
             }
-            self.impulse.copy_from_slice(&self.nearest);
         }
         self.end_nearby()
     }
