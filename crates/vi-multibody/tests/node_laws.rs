@@ -439,7 +439,8 @@ fn damper_stops_and_friction_of_one_joint_are_of_order_two() {
 fn friction_between_two_bodies_is_reversed_by_a_stop_of_one() {
     let (masses, friction, restitution, stop, end) = ([2.0, 3.0], 1.5, 0.7, 0.5, 0.2);
     let speeds = [5.0, 1.0];
-    let [a, b] = masses.map(|mass| friction / mass); // of the carriage −a, of the slide b, then a, −b
+    // of the carriage −a, of the slide b, then a, −b
+    let [a, b] = masses.map(|mass| friction / mass);
     let hit = (speeds[0] - f64::sqrt(speeds[0] * speeds[0] - 2.0 * a * stop)) / a;
     let at = [speeds[0] - a * hit, speeds[1] + b * hit];
     let (left, back) = (end - hit, -restitution * at[0]);

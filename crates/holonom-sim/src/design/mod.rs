@@ -26,9 +26,10 @@ use holonom_model::{
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
+use vi_core::SparseMatrix;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ForceElements;
-use vi_multibody::design::{EffortTangent, MechanismTangent};
+use vi_multibody::design::{EffortTangent, MechanismDesign, MechanismTangent};
 use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
 
@@ -312,4 +313,16 @@ impl Chain<'_> {
         }
         Ok(())
     }
+}
+
+/// How a mechanism changes with the parameters of its model, in the order of `tangents`.
+pub(crate) fn mechanism_design(
+    system: &System,
+    mass: &SparseMatrix,
+    tangents: &[ModelTangent],
+) -> Result<MechanismDesign, ModelError> {
+    let System { mechanism, dynamics, .. } = system;
+    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+    MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
+        .map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

@@ -181,7 +181,7 @@ fn forward(text: &str) -> Vec<(String, f64)> {
     let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
     prepared.depend(&model, &[], &tangents).unwrap();
     let begin = Begin::new(&model, &mut prepared).unwrap();
-    let design = super::prepared::design(&prepared.system, &begin.mass, &tangents).unwrap();
+    let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);
     let run = prepared.simulation.integrator();
     let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();

@@ -2,8 +2,8 @@
 
 use super::tests::LINKAGE;
 
-/// A tree with a hinge and a slide, bars between point masses, a body on a bushing; with a spring, a
-/// damper, a bumper, friction, a motor and laws.
+/// A tree with a hinge and a slide, bars between point masses, a body on a bushing; with a spring,
+/// a damper, a bumper, friction, a motor and laws.
 pub(super) const FORCES: &str = r#"
 [model]
 name = "forces"

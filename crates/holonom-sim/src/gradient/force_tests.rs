@@ -5,7 +5,7 @@ use super::force_models::{
     ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, ORIENTATIONS, REACTIONS, conservative, far, held,
     without_controls, without_objectives,
 };
-use super::prepared::{Begin, Prepared, design};
+use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
 use super::tests::LINKAGE;
 use super::{GradientFailure, ModelGradient, Wanted, gradient};
@@ -73,7 +73,7 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
     prepared.depend(&model, &[], &tangents).unwrap();
     let begin = Begin::new(&model, &mut prepared).unwrap();
-    let design = design(&prepared.system, &begin.mass, &tangents).unwrap();
+    let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(&model, mechanism);
     let run = prepared.simulation.integrator();
@@ -350,7 +350,8 @@ fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
         let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
         prepared.depend(&model, &[], &tangents).unwrap();
         let begin = Begin::new(&model, &mut prepared).unwrap();
-        let design = design(&prepared.system, &begin.mass, &tangents).unwrap();
+        let design =
+            crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
         let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
         let (steps, design, by_step) = (prepared.steps, Some(&design as _), true);
         let task = Task { steps, objective, controls, design, by_step, checkpoints };

@@ -258,7 +258,7 @@ pub fn gradient(
     };
     prepared.depend(model, &wanted.of, &tangents)?;
     let begin = Begin::new(model, &mut prepared)?;
-    let design = prepared::design(&prepared.system, &begin.mass, &tangents)?;
+    let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
     let given = wanted.given(model);

@@ -7,9 +7,8 @@
 //!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
 //! ```
 
-use super::prepared::design as design_of;
 use super::quantity::{no_derivative, number_of, point};
-use crate::design::{ModelTangent, refused};
+use crate::design::{ModelTangent, mechanism_design, refused};
 use crate::system::System;
 use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
 use nalgebra::Vector3;
@@ -218,7 +217,7 @@ pub(crate) fn level(
     let mass = dynamics.parts.mass_matrix(mechanism);
     let design: Option<Arc<dyn Design + Send + Sync>> = match tangents {
         [] => None,
-        tangents => Some(Arc::new(design_of(system, &mass, tangents)?)),
+        tangents => Some(Arc::new(mechanism_design(system, &mass, tangents)?)),
     };
     Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design })
 }

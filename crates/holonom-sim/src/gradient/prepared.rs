@@ -3,7 +3,7 @@
 use super::expressed::sensors_read;
 use super::objective::Costs;
 use crate::design::start::StartOf;
-use crate::design::{LEAVE_OUT, ModelTangent, refused};
+use crate::design::{ModelTangent, refused};
 use crate::simulation::Simulation;
 use crate::start::{How, StartValues};
 use crate::system::input::Input;
@@ -318,16 +318,4 @@ impl Begin {
         let stated_v = &self.stated_v;
         StartOf { model, mechanism, mass, rows, at, stated_v, how: self.how }
     }
-}
-
-/// How a prepared run changes with the parameters of its model, in the order of `tangents`.
-pub(crate) fn design(
-    system: &System,
-    mass: &SparseMatrix,
-    tangents: &[ModelTangent],
-) -> Result<MechanismDesign, ModelError> {
-    let System { mechanism, dynamics, .. } = system;
-    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-    MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
-        .map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

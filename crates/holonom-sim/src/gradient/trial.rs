@@ -2,7 +2,7 @@
 
 use super::expressed::{Shown, depends_on};
 use super::of_forces;
-use super::prepared::{self, Begin, Prepared};
+use super::prepared::{Begin, Prepared};
 use super::quantity::{Measured, Sensed, named};
 use crate::design::{self, refused};
 use crate::start::StartValues;
@@ -175,7 +175,7 @@ impl ModelTrials<'_> {
             return Err(refused(&format!("parameters.{name}"), what, "leave it out"));
         }
         let begin = Begin::new(&model, &mut prepared)?;
-        let design = prepared::design(&prepared.system, &begin.mass, &tangents)?;
+        let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();
         let run = prepared.simulation.integrator();
         let (rows, of_states) = (run.rows().clone(), run.reads_states());

@@ -20,8 +20,8 @@ use vi_core::cone::{Cone, ConeFault, ConeSolver, LargeConeSolver, SparseRows};
 const NEARBY: f64 = 1e-3;
 /// In so many solutions of a step the nearest ones are not looked for any further.
 pub(super) const EARLY: usize = 4;
-/// What the node before leaves of the laws of a large island, relative to the largest velocity: rows
-/// that `W` does not tell apart contradict one another by several times `LARGE`.
+/// What the node before leaves of the laws of a large island, relative to the largest velocity:
+/// rows that `W` does not tell apart contradict one another by several times `LARGE`.
 const LEFT: f64 = 4e-10;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;

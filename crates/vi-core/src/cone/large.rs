@@ -1,6 +1,6 @@
-//! Many contacts: Newton's method with sparse factors from the warm start, from parts of it and from
-//! where sweeps with conjugate directions end; where all fail, convex programs in a sequence. The cost
-//! of a sweep is linear in the number of entries.
+//! Many contacts: Newton's method with sparse factors from the warm start, from parts of it and
+//! from where sweeps with conjugate directions end; where all fail, convex programs in a sequence.
+//! The cost of a sweep is linear in the number of entries.
 #![allow(non_snake_case)] // W, A
 
 use super::conjugate::Conjugate;
