@@ -6,9 +6,9 @@
 //! Supports and inclusions are written here on their own.
 
 use super::outline::Kind;
+use super::tests::off_the_gradient;
 use super::*;
 use crate::directors::FRAME;
-use crate::reparametrization::reparametrize;
 use vi_testkit::Sample;
 
 fn cylinder(half: f64, radius: f64) -> ContactShape {
@@ -299,27 +299,7 @@ fn rows_are_gradients() {
                 if gap.abs() < 1e-4 {
                     continue; // tangent edges that meet have a kink
                 }
-                let contact = pair.contact(feature, &at[0], &at[1]);
-                let twists: [[f64; 6]; 2] = [sample.array(), sample.array()];
-                let mut rate = 0.0;
-                for (body, sign) in [(0, -1.0), (1, 1.0)] {
-                    let mut velocity = [0.0; FRAME];
-                    let twist = nalgebra::SVector::from(twists[body]);
-                    crate::null_space::push_forward(&at[body], &twist, &mut velocity);
-                    let row = row(&at[body], &contact.point, &contact.normal);
-                    rate += sign * (0..FRAME).map(|k| row[k] * velocity[k]).sum::<f64>();
-                }
-                let step = 1e-6;
-                let gap = |scale: f64| {
-                    let moved = [0, 1].map(|body| {
-                        let (mut q, mut dq) = ([0.0; FRAME], [0.0; FRAME]);
-                        let u = twists[body].map(|u| u * scale);
-                        reparametrize(&u, &at[body], &mut q, &mut dq).unwrap();
-                        q
-                    });
-                    pair.contact(feature, &moved[0], &moved[1]).gap
-                };
-                let error = ((gap(step) - gap(-step)) / (2.0 * step) - rate).abs();
+                let error = off_the_gradient(&pair, feature, &at, &mut sample, 1e-6);
                 assert!(error < 1e-6, "{kinds:?} {seed} {feature}: {error:e}");
                 (worst, count) = (worst.max(error), count + 1);
             }
