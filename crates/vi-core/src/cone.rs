@@ -38,6 +38,7 @@ mod local;
 mod operator;
 mod problem;
 mod residual;
+mod restart;
 
 pub use large::{LargeConeSolver, SparseRows};
 pub use problem::Cone;
@@ -50,6 +51,7 @@ use nalgebra::{Matrix3, Vector3};
 use operator::Dense;
 use problem::{Placed, Problem};
 use residual::Residual;
+use restart::{Restart, Standing, from_elsewhere};
 
 /// How well the laws hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -227,7 +229,7 @@ impl ConeSolver {
     }
 
     fn solve_scaled(&mut self) -> Result<ConeReport, ConeFault> {
-        let rounding = 2.0 * f64::EPSILON * self.problem.rows() as f64;
+        let rounding = self.rounding();
         let done = |residual, rounds| Ok(ConeReport { residual, rounds });
         self.patience = PATIENCE;
         self.residual.set_parameter(1.0);
@@ -258,6 +260,9 @@ impl ConeSolver {
             if is_near && self.ends_nearby {
                 return self.end_nearby();
             }
+            if !is_small && let Some((residual, starts)) = from_elsewhere(self) {
+                return Ok(ConeReport { residual, rounds: 2 + starts });
+            }
             if let Some(found) = self.by_programs(rounding) {
                 return Ok(found);
             }
@@ -270,6 +275,11 @@ impl ConeSolver {
             }
         }
         self.end_nearby()
+    }
+
+    /// The largest relative error of a sum of as many terms.
+    fn rounding(&self) -> f64 {
+        2.0 * f64::EPSILON * self.problem.rows() as f64
     }
 
     /// Convex programs in a sequence, each followed by Newton's method.
@@ -511,5 +521,17 @@ impl ConeSolver {
         }
         self.impulse.copy_from_slice(&self.best);
         least
+    }
+}
+
+impl Restart for ConeSolver {
+    fn standing(&mut self) -> Standing<'_> {
+        let Self { problem, warm, residual, impulse, .. } = self;
+        Standing { cones: &problem.cones, warm, F: &residual.F, impulse }
+    }
+
+    fn attempt(&mut self) -> Option<f64> {
+        let residual = self.refine(self.rounding());
+        self.ends().then_some(residual)
     }
 }

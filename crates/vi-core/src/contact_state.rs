@@ -52,6 +52,9 @@ pub struct ContactCounts {
     pub events: u64,
     /// Steps in which these were as many as allowed.
     pub exhausted: u64,
+    /// Nodes that were put between two steps because no impulses were found for a longer one.
+    #[serde(default)]
+    pub divided: u64,
     /// Nodes at which coefficients of restitution were reduced so that no energy is gained.
     pub guarded: u64,
     /// By how much at most, in parts of the coefficient.

@@ -36,6 +36,9 @@ const NEAR: f64 = 1e-2;
 const MANY: usize = 100;
 /// Parts of a step that are not taken by themselves.
 const REST: f64 = 1e-9;
+/// The shortest part of a step whose impulses are looked for where those of longer ones are not
+/// found.
+const SHORTEST: f64 = 1.0 / 64.0;
 
 /// Where nodes are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -251,25 +254,57 @@ impl Nonsmooth {
         Ok(())
     }
 
-    /// The step from a node: to the end of the macro step, or to the first touch.
+    /// The step from a node: to the end of the macro step, to the first touch, or where no impulses
+    /// are found for it, to the end of a part of it.
     fn take_node<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
         (step, h, events): (SubStep, f64, u64),
         state: &State,
     ) -> Result<f64, StepError> {
+        let mut part = h;
+        let mut refused = None;
+        loop {
+            let t_end = if part < h { state.t + part } else { step.t_end };
+            let own = SubStep { h: part, t_end, ..step };
+            match self.take_part(run, (own, step.h, events), state) {
+                Ok(t_end) => {
+                    run.end.contacts.counts.divided += u64::from(part < h);
+                    return Ok(t_end);
+                }
+                Err(StepError::Contact(fault)) if fault.may_end() => {
+                    let refused = refused.get_or_insert(fault);
+                    part *= 0.5;
+                    if part < SHORTEST * step.h {
+                        return Err(StepError::Contact(refused.clone()));
+                    }
+                    run.is_at_start = false;
+                    self.is_current = false;
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// The step from a node: to its end, or to the first touch.
+    fn take_part<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (step, whole, events): (SubStep, f64, u64),
+        state: &State,
+    ) -> Result<f64, StepError> {
         self.close(state);
-        self.node.whole = step.h;
-        self.node.open(&self.elements, run, (state, h), &self.set)?;
-        let mut sub_step = SubStep { h, ..step };
+        self.node.whole = whole;
+        self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+        let mut sub_step = step;
         let mut counts = state.contacts.counts;
         let fixed = self.options.method == Method::Stepping
             || events >= u64::from(self.options.max_events)
-            || h <= REST * step.h;
+            || step.h <= REST * whole;
         if fixed {
             self.solve_fixed(run, sub_step, state)?;
             counts.exhausted += u64::from(events > 0);
-        } else if let Some(to) = self.solve_to_touch(run, (sub_step, step.h), state)? {
+        } else if let Some(to) = self.solve_to_touch(run, (sub_step, whole), state)? {
             sub_step = SubStep { h: to, t_end: state.t + to, ..step };
             counts.events += 1;
         }

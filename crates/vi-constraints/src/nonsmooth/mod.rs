@@ -96,3 +96,13 @@ pub enum ContactFault {
     #[error("the constraints have lost rank at a node with contacts")]
     RankLost,
 }
+
+impl ContactFault {
+    /// Whether a shorter step may have impulses.
+    fn may_end(&self) -> bool {
+        matches!(
+            self,
+            Self::NoConvergence { .. } | Self::Laws { fault: ConeFault::NoConvergence { .. }, .. }
+        )
+    }
+}

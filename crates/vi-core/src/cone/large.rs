@@ -1,5 +1,6 @@
-//! Many contacts: Newton's method with sparse factors from the warm start, from parts of it and
-//! from where sweeps with conjugate directions end; where all fail, convex programs in a sequence.
+//! Many contacts: Newton's method with sparse factors from the warm start, from other impulses
+//! ([`super::restart`]) and from where sweeps with conjugate directions end; where all fail, convex
+//! programs in a sequence.
 //! The cost of a sweep is linear in the number of entries.
 #![allow(non_snake_case)] // W, A
 
@@ -9,6 +10,7 @@ use super::local;
 use super::operator::Sparse;
 use super::problem::{Cone, Placed, Rows};
 use super::residual::{LawSlope, violation};
+use super::restart::{Restart, Standing, from_elsewhere};
 use super::{ConeFault, ConeReport};
 use crate::linear::{SparseLu, norm_inf};
 use crate::sparse::{Entries, SparseMatrix};
@@ -27,8 +29,6 @@ const NEARLY: f64 = 1e-7;
 const LOOKS: usize = 16;
 /// Its steps: the violation may rise on the way.
 const NEWTON_STEPS: usize = 30;
-/// Parts of the warm start that it begins with where it fails from there.
-const STARTS: [f64; 4] = [0.5, 2.0, 1.5, 0.0];
 /// Steps in a row that find no smaller violation: they lead nowhere.
 const PATIENCE: usize = 10;
 /// So often a step is halved, if it makes the violation larger.
@@ -192,13 +192,9 @@ impl LargeConeSolver {
         if self.ends_nearby && self.least <= NEARBY {
             return self.end_nearby();
         }
-        for part in STARTS {
-            let parts = self.impulse.iter_mut().zip(&self.swept);
-            parts.for_each(|(impulse, warm)| *impulse = part * warm);
-            residual = self.newton();
-            if self.excess <= TARGET {
-                return done(residual, 1);
-            }
+        self.residual(); // F at the best impulses
+        if let Some((residual, starts)) = from_elsewhere(self) {
+            return done(residual, 1 + starts);
         }
         self.impulse.clone_from(&self.swept);
         for sweep in 1..=SWEEPS {
@@ -384,12 +380,26 @@ impl LargeConeSolver {
             violation(cone, (&y[..rows], impulse), 1.0, &mut F[..rows]);
             all[row..row + rows].copy_from_slice(&F[..rows]);
             let fault = norm_inf(&F[..rows]);
-            worst = worst.max(if fault == 0.0 { 0.0 } else { fault / size });
+            worst = norm_inf(&[worst, if fault == 0.0 { 0.0 } else { fault / size }]);
             let error = self.errors.get(row..row + rows).map_or(0.0, norm_inf);
-            excess = excess.max(if fault <= error { 0.0 } else { (fault - error) / size });
+            excess = norm_inf(&[excess, if fault <= error { 0.0 } else { (fault - error) / size }]);
         }
         (self.F, self.excess) = (all, excess);
         worst
+    }
+}
+
+impl Restart for LargeConeSolver {
+    fn standing(&mut self) -> Standing<'_> {
+        let Self { cones, swept: warm, F, impulse, .. } = self;
+        Standing { cones, warm, F, impulse }
+    }
+
+    fn attempt(&mut self) -> Option<f64> {
+        let residual = self.newton();
+        let solved = self.excess <= TARGET;
+        self.residual(); // F at the best impulses
+        solved.then_some(residual)
     }
 }
 
