@@ -13,6 +13,7 @@
 //! multipliers mean.
 
 pub mod acceleration;
+mod coordinate;
 mod explicit;
 mod mass_sums;
 mod moved_coordinate;
