@@ -2,7 +2,7 @@
 //! much it is not.
 
 use super::tests::found;
-use super::{Wanted, gradient};
+use super::{GradientFailure, Wanted, gradient};
 use crate::system::outside::JointStart;
 use holonom_model::ModelText;
 use std::path::Path;
@@ -251,6 +251,35 @@ fn starts_of_which_a_part_is_given_follow_parameters() {
             println!("{name}: apart by {:.1e}", found.worst());
             assert!(found.worst() < 1e-8, "{name}: {:?}", found.checks);
             assert!(found.checks.iter().any(|own| own.by == "parameters"), "{name}");
+        }
+    }
+}
+
+/// The force along a rod between two balls is not determined; a component of it that is zero at
+/// the start is not later.
+#[test]
+fn reactions_that_are_not_determined_on_the_way_are_refused() {
+    for (of, at, order) in [
+        ("fz", "", ""),
+        ("fz", "at = \"path\"\n", ""),
+        ("fz", "", "method = \"galerkin\"\norder = 4\n"),
+        ("fx", "", ""), // nor at the start
+    ] {
+        let text = BALLS.replace("[simulation]\n", &format!("[simulation]\n{order}"))
+            + "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"p\"\nframe = \"space\"\n"
+            + &format!(
+                "[[objective]]\nname = \"least\"\ntype = \"sensor\"\nsensor = \"held.{of}\"\n{at}"
+            );
+        match found(&text, false) {
+            Err(GradientFailure::Run(error)) if of == "fz" => {
+                println!("{error}");
+                assert!(error.to_string().contains("not determined"), "{error}");
+            }
+            Err(GradientFailure::Model(error)) if of == "fx" => {
+                println!("{error}");
+                assert!(error.to_string().contains("does not determine"), "{error}");
+            }
+            found => panic!("{of} {at} {order}: {found:?}"),
         }
     }
 }

@@ -301,3 +301,20 @@ fn a_start_that_depends_on_the_way_is_refused() {
     println!("{message}");
     assert!(message.contains("`rod` turns freely"), "{message}");
 }
+
+/// What a sensor shows of a loop at its start alone is no measurement.
+#[test]
+fn what_is_not_determined_on_the_way_is_refused() {
+    let text = crate::gradient::start_tests::BALLS.to_owned()
+        + "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"p\"\nframe = \"space\"\n\
+           [[sensor]]\nname = \"place\"\ntype = \"position\"\nof = \"arm\"\n\
+           [[measurement]]\nsensor = \"held.fz\"\nsigma = 0.01\n\
+           [identify]\nparameters = { mass = {} }\n";
+    for order in ["", "method = \"galerkin\"\norder = 4\n"] {
+        let text = text.replace("[simulation]\n", &format!("[simulation]\n{order}"));
+        let (_, model) = read(&text.replace("\"held.fz\"", "\"place.x\""));
+        let message = found(&text, &exact(&model)).expect_err("not determined").to_string();
+        println!("{message}");
+        assert!(message.contains("not determined"), "{message}");
+    }
+}
