@@ -218,7 +218,6 @@ fn orientations_agree_with_differences() {
 fn sensors_without_derivatives_are_refused_with_a_remedy() {
     let held = held();
     for (kind, of, part, remedy) in [
-        ("joint_acceleration", "shoulder", "", "the rate of the joint"),
         ("power", "along", "", "in a sensor of type \"expression\""),
         ("power", "mount", "", "in a sensor of type \"expression\""),
         ("work", "tie", "", "the power along the path"),
@@ -311,7 +310,11 @@ fn forces_of_higher_order_agree_with_differences() {
 #[test]
 fn accelerations_at_the_end_agree_with_differences() {
     compare_all(&without_controls(FORCES), &ACCELERATIONS, "");
-    let coupler = [("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..])];
+    let coupler = [
+        ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..]),
+        ("joint_acceleration", "pin", "", &[""]),
+        ("joint_acceleration", "cut", "", &[""]),
+    ];
     compare_all(&without_controls(&without_objectives(LINKAGE)), &coupler, "");
 }
 
