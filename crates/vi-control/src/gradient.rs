@@ -17,20 +17,20 @@
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.
 
-use crate::backward::{Backward, NodeForces};
+use crate::backward::NodeForces;
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
 use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::{Linearization, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
 use vi_constraints::design::{Design, Place};
-use vi_constraints::linearization::{Costate, Sources};
+use vi_constraints::linearization::{Costate, LinearizationError, Sources};
 use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::{DiscreteLagrangian, NoStepSlope};
 use vi_core::galerkin::Stages;
 use vi_core::interval::{Slot, StepChange};
-use vi_core::linear::{Singular, dot};
+use vi_core::linear::dot;
 use vi_core::sparse::{Block, Product};
 use vi_core::state::State;
 
@@ -62,6 +62,22 @@ pub enum GradientError {
         /// The constraint.
         row: usize,
     },
+    /// A number of multipliers is not determined at a node.
+    #[error(
+        "step {step}: a reaction, a tension or an effort of a constraint that counts is not \
+         determined there, since constraint {row} of a loop depends on the others"
+    )]
+    Undetermined {
+        /// Number of the step from there, from 1.
+        step: usize,
+        /// The constraint.
+        row: usize,
+    },
+    /// The cost or its derivatives are no numbers.
+    #[error(
+        "something that counts is not determined on the way, as a reaction in a redundant loop"
+    )]
+    NotANumber,
     /// Something of the run has no derivative here.
     #[error("a run with {what} has no derivatives")]
     NotDifferentiable {
@@ -71,6 +87,18 @@ pub enum GradientError {
     /// Something of the run has no derivative by the time step.
     #[error(transparent)]
     TimeStep(#[from] NoStepSlope),
+}
+
+impl GradientError {
+    /// Of a macro step, by its place.
+    pub(crate) fn of_linearization(step: usize, error: LinearizationError) -> Self {
+        let step = step + 1;
+        match error {
+            LinearizationError::Opens { row, .. } => Self::Opens { step, row },
+            LinearizationError::Undetermined { row } => Self::Undetermined { step, row },
+            _ => Self::Singular { step },
+        }
+    }
 }
 
 /// What is differentiated.
@@ -151,23 +179,23 @@ impl Gradient {
         };
         let levels = levels(task.checkpoints, task.steps, sizes);
         // where nodes cost, p̃ has to be a momentum of their velocity
-        let whole =
-            task.design.is_some_and(Design::moves_constraints) || task.objective.counts_nodes();
-        let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
-        let general = || Linearization::new(run.method(), (n, m), run.rows());
         let counts_forces = task.objective.counts_forces();
+        let moves = task.design.is_some_and(Design::moves_constraints);
+        let whole = moves || counts_forces || task.objective.counts_nodes();
+        let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
         if counts_forces && (run.reads_states() || task.steps == 0) {
             let what = "multipliers of steps that are not of order 2";
             return Err(GradientError::NotDifferentiable { what });
         }
-        let fast = if counts_forces { None } else { run.costate_sweep(along) };
+        let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
+        let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         task.objective.follow(state, Seen::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
             start: state.t,
-            costates: Backward::new(fast, general),
+            costates: fast.unwrap_or_else(general),
             forces: NodeForces::zero(n, m),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
@@ -186,8 +214,8 @@ impl Gradient {
             sweep.end(run)?;
         }
         let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
-        if !found.value.is_finite() {
-            return Err(GradientError::Singular { step: task.steps });
+        if !found.value.is_finite() || costate.q.iter().any(|a| !a.is_finite()) {
+            return Err(GradientError::NotANumber);
         }
         if let Some(design) = task.design {
             design.add_gradient(&sums, &mut found.parameters);
@@ -230,7 +258,7 @@ fn add_node(
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     start: f64, // t_0
-    costates: Backward<S, C>,
+    costates: Box<dyn CostateSweep<S, C>>,
     forces: NodeForces,
     beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
@@ -382,6 +410,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         self.found.value += self.task.objective.of_end(state);
         self.task.objective.add_of_end(state, &mut costate.q, &mut costate.p);
         self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
+        if costate.q.iter().any(|a| !a.is_finite()) {
+            return Err(GradientError::NotANumber);
+        }
         if let Some(last) = self.tape.len().checked_sub(1) {
             self.costates.hold(run.system(), self.tape.at(last).points, costate);
         }
@@ -424,7 +455,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let Self { costates, costate, of_step, sources, sums, forces, found, .. } = self;
         let Taken { step, points, p } = taken;
         let s = points.last().expect("a step has an end");
-        let singular = |_: Singular| GradientError::Singular { step: step + 1 };
+        let failed = |error| GradientError::of_linearization(step, error);
         controls.set(step);
         of_step.clear();
         let is_counted = step < steps; // else it is that beyond the last node
@@ -446,9 +477,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             };
             costates.pull_with(system, constraints, (points, p), costate, &mut cost)
         } else {
-            costates.pull(system, constraints, points, p, costate)
+            costates.pull(system, constraints, points, p, costate).map_err(Into::into)
         }
-        .map_err(singular)?;
+        .map_err(|error| match costate.q.iter().all(|a| a.is_finite()) {
+            true => failed(error),
+            false => GradientError::NotANumber,
+        })?;
         if let (Some(node), 0) = (node, step) {
             let at = NodePlace { weight: 0.5 * s.h, is_last: false };
             forces.find_first(objective, (node, at), &mut found.parameters);

@@ -13,6 +13,7 @@
 //! the forces, the quantities: what an [`Experiment`] says.
 
 use crate::controls::Controls;
+use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
 use crate::objective::{Objective, Quantity, Seen};
@@ -364,20 +365,21 @@ impl Found<'_> {
         &self,
         y: &dyn NodeQuantity,
         weight: f64,
-        [of_q, of_v]: [&mut [f64]; 2],
+        [of_q, of_v, of_lambda]: [&mut Vec<f64>; 3],
         mut change: impl FnMut(usize, f64),
     ) -> f64 {
         let Self { at, v, .. } = *self;
         of_q.fill(0.0);
         of_v.fill(0.0);
         let lambda = self.forces.map_or(&[][..], |own| &own.lambda);
-        let mut of_lambda = vec![0.0; lambda.len()];
+        of_lambda.clear();
+        of_lambda.resize(lambda.len(), 0.0);
         let node = Node { lambda, ..Node::moving(at, v) };
-        let out = Slopes { q: of_q, v: of_v, lambda: &mut of_lambda, a: &mut [] };
+        let out = Slopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [] };
         y.add_slopes(node, weight, out);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, node));
-            let by_forces = self.forces.map_or(0.0, |own| dot(&of_lambda, &own.changes[j]));
+            let by_forces = self.forces.map_or(0.0, |own| dot(of_lambda, &own.changes[j]));
             let moving = dot(of_q, &own.q) + dot(of_v, &self.changes[j]);
             change(j, moving + by_forces + weight * moved);
         }
@@ -418,7 +420,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let mut trial = self.experiment.begin(theta)?;
         let wanted = jacobian.is_some();
         let directions = if wanted { std::mem::take(&mut trial.directions) } else { Vec::new() };
-        let refused = |error: crate::gradient::GradientError| Refused(error.to_string());
+        let refused = |error: GradientError| Refused(error.to_string());
         let mut tangents =
             Sensitivities::new(&trial.run, trial.step, directions.clone()).map_err(refused)?;
         let shares = self.shares(&trial.quantities, trial.step);
@@ -437,7 +439,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let reader = level.map(|own| NodeReader::new(&trial.run, &trial.tangents, Some(own)));
         let objective = Objective::default();
         let mut slope = vec![0.0; trial.run.state().q.len()];
-        let mut of_v = slope.clone();
+        let (mut of_v, mut of_lambda) = (slope.clone(), Vec::new());
         let mut reached = 0;
         let follow = |trial: &Trial, seen| {
             let node = trial.run.state().configuration();
@@ -506,10 +508,17 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                         found.of_level(own, share.weights[1], parameters, change)
                     }
                     Measurable::Node(own) => {
-                        let slopes = [&mut slope[..], &mut of_v[..]];
-                        found.of_node(&**own, share.weights[1], slopes, change)
+                        let slopes = [&mut slope, &mut of_v, &mut of_lambda];
+                        let value = found.of_node(&**own, share.weights[1], slopes, change);
+                        if forces.is_some() {
+                            tangents.check_forces(&trial.run, &of_lambda).map_err(refused)?;
+                        }
+                        value
                     }
                 };
+                if !out[share.row].is_finite() {
+                    return Err(refused(GradientError::NotANumber));
+                }
             }
         }
         if wanted {

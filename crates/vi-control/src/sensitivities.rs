@@ -183,6 +183,26 @@ impl Sensitivities {
         Ok(&self.forces)
     }
 
+    /// Refuses a number with these derivatives by the multipliers of the present node, shape `m`,
+    /// where they do not determine it; after [`Sensitivities::find_forces`].
+    ///
+    /// # Errors
+    /// [`GradientError`].
+    pub fn check_forces<S, C>(
+        &mut self,
+        run: &Integrator<S, C>,
+        by_multipliers: &[f64],
+    ) -> Result<(), GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
+        let Linearization::Step(own, _) = &mut self.linearization else { return Ok(()) };
+        let at = (run.state().t, &run.state().q[..]);
+        let found = own.check_determined(run.constraints(), at, by_multipliers);
+        found.map_err(|error| GradientError::of_linearization(self.step, error))
+    }
+
     /// Adds what the present node costs by its multipliers; nothing where none cost.
     ///
     /// # Errors
@@ -229,7 +249,7 @@ impl Sensitivities {
                 *rate += along / self.length;
             }
         }
-        Ok(())
+        if is_first { Ok(()) } else { self.check_forces(run, &of_lambda) }
     }
 
     /// One macro step of the run and of all tangents.
@@ -303,10 +323,7 @@ impl Sensitivities {
     ) -> Result<(), GradientError> {
         let (step, s, points) = (self.step, taken.s, taken.points());
         let Self { linearization, sources, of_step, p, .. } = self;
-        let failed = |error: LinearizationError| match error {
-            LinearizationError::Opens { row, .. } => GradientError::Opens { step: step + 1, row },
-            _ => GradientError::Singular { step: step + 1 },
-        };
+        let failed = |error: LinearizationError| GradientError::of_linearization(step, error);
         let found = linearization.linearize(system, constraints, points, p);
         found.map_err(|error| failed(error.into()))?;
         let w = controls.at(step);
@@ -353,13 +370,10 @@ impl Sensitivities {
             }
             linearization.push(system, constraints, points, tangent).map_err(failed)?;
             if let (true, Linearization::Step(own, _)) = (self.find, &*linearization) {
-                let (change, lambda) = (&mut self.forces.changes[k], &self.forces.lambda);
-                change.resize(lambda.len(), 0.0);
+                let change = &mut self.forces.changes[k];
+                change.resize(self.forces.lambda.len(), 0.0);
                 own.impulse_change(s.h, change);
-                // λ = (hλ)/h
-                let grown = if direction.step { 1.0 / self.length } else { 0.0 };
-                let all = change.iter_mut().zip(lambda);
-                all.for_each(|(change, lambda)| *change = *change / s.h - grown * lambda);
+                change.iter_mut().for_each(|change| *change /= s.h); // sources are those at fixed λ
             }
             if let (Some(design), Some(parameter)) = (design, direction.parameter) {
                 design.add_internal(parameter, s, &mut tangent.z);

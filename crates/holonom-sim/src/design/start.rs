@@ -9,6 +9,7 @@
 
 use super::{LEAVE_OUT, ModelTangent, refused};
 use crate::start::How;
+use crate::start::independent::{TreeCoordinate, independent};
 use holonom_model::{Model, ModelError};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_constraints::{Constraints, InitialValues};
@@ -25,8 +26,14 @@ const OPEN: f64 = 1e-8;
 /// By how much stated positions may differ from the start, for them to be closed, m.
 const CLOSED: f64 = 1e-6;
 
-/// A coordinate of the start with its joint, if it has one, and which of its coordinates it is.
-pub(crate) type TreeCoordinate = (Option<usize>, usize, StartCoordinate);
+/// What is given of a joint at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct GivenJoint {
+    pub(crate) joint: usize,
+    pub(crate) freedom: usize,
+    pub(crate) coordinate: bool,
+    pub(crate) rate: bool,
+}
 
 /// How a start changes at which coordinates and rates of joints are given.
 pub(crate) struct GivenStart {
@@ -46,11 +53,12 @@ pub(crate) struct StartOf<'a> {
     /// `v*`, as it is before it is projected.
     pub(crate) stated_v: &'a [f64],
     pub(crate) how: How,
+    /// The coordinates that are given or kept where joints are given; none on trees.
+    pub(crate) kept: &'a [TreeCoordinate],
 }
 
 impl StartOf<'_> {
-    /// The coordinates that determine the start, with joint and freedom: those with stated rates
-    /// first.
+    /// The coordinates that determine the start, with joint and freedom.
     ///
     /// # Errors
     /// [`ModelError`] where the tree has none that do.
@@ -58,31 +66,24 @@ impl StartOf<'_> {
         self.coordinates_with(&[])
     }
 
-    /// The same with coordinates of joints before all others: joint, freedom.
+    /// The same with coordinates of joints before all others.
     ///
     /// # Errors
     /// As of [`StartOf::coordinates`].
     pub(crate) fn coordinates_with(
         &self,
-        first: &[(usize, usize)],
+        first: &[GivenJoint],
     ) -> Result<Vec<TreeCoordinate>, ModelError> {
-        let all = StartCoordinate::of_tree(self.mechanism);
-        let stated = |own: &TreeCoordinate| {
-            let joint = own.0.and_then(|k| self.model.joints.get(k));
-            joint.is_some_and(|joint| joint.rate.is_some())
-        };
-        let is_first = |own: &TreeCoordinate| own.0.is_some_and(|k| first.contains(&(k, own.1)));
-        let mut order: Vec<usize> = (0..all.len()).collect();
-        order.sort_by_key(|&k| (!is_first(&all[k]), !stated(&all[k])));
-        let plain: Vec<StartCoordinate> = order.iter().map(|&k| all[k].2.clone()).collect();
-        let chosen = start::independent(self.mechanism, self.rows, self.at, &plain);
-        let mut chosen = chosen.map_err(|_| {
+        if !self.kept.is_empty() {
+            return Ok(self.kept.to_vec());
+        }
+        let first: Vec<_> = first.iter().map(|own| (own.joint, own.freedom)).collect();
+        let first = &first[..];
+        let chosen = independent(self.model, (self.mechanism, self.rows), self.at, first);
+        chosen.map_err(|_| {
             let what = "derivatives by initial values of what has no joint coordinates";
             refused("model", what, "leave `initial` out of --by")
-        })?;
-        chosen.iter_mut().for_each(|k| *k = order[*k]);
-        chosen.sort_unstable();
-        Ok(chosen.into_iter().map(|k| all[k].clone()).collect())
+        })
     }
 
     /// How the start changes with a parameter.
@@ -128,37 +129,36 @@ impl StartOf<'_> {
     }
 
     /// How a start changes at which coordinates and rates of some joints are given, by parameters
-    /// and by these: joint, freedom. Others keep what the model states of them.
+    /// and by these. What is not given is that of the start of the model, `own`.
     ///
     /// # Errors
     /// [`ModelError`] where the given ones do not determine the start with others, or a parameter
     /// opens a redundant loop.
     pub(crate) fn given(
         &self,
+        own: &StartOf<'_>,
         tangents: &[ModelTangent],
-        first: &[(usize, usize)],
+        first: &[GivenJoint],
     ) -> Result<GivenStart, ModelError> {
-        if let (How::Relaxed { .. }, Some(own)) = (self.how, tangents.first()) {
-            let what = format!(
-                "the derivative by `{}` of a relaxed start at which joints are given",
-                own.name
-            );
-            return Err(refused("simulation.start", what, "write start = \"stated\""));
-        }
         let chosen = self.coordinates_with(first)?;
-        let place = |own: &(usize, usize)| {
-            chosen.iter().position(|(joint, freedom, _)| (*joint, *freedom) == (Some(own.0), own.1))
+        let of = |given: &GivenJoint| {
+            let is_own =
+                |own: &TreeCoordinate| (own.0, own.1) == (Some(given.joint), given.freedom);
+            chosen.iter().position(is_own)
         };
         let mut places = Vec::new();
-        for own in first {
-            let Some(place) = place(own) else {
-                let name = &self.model.joints[own.0].name;
+        for given in first {
+            let Some(place) = of(given) else {
+                let name = &self.model.joints[given.joint].name;
                 let what = format!("the start of `{name}`, which follows from that of others");
                 let help =
                     "name as many joints as there are degrees of freedom, none that closes a loop";
                 return Err(refused("identify.initial", what, help));
             };
             places.push(place);
+        }
+        if first.iter().any(|own| own.coordinate) {
+            self.refuse_free_rotations(&chosen)?;
         }
         let plain: Vec<StartCoordinate> = chosen.iter().map(|x| x.2.clone()).collect();
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
@@ -172,31 +172,65 @@ impl StartOf<'_> {
             };
             self.refusal(&error, own)
         })?;
-        let by_rates = self.model.joints.iter().any(|joint| joint.rate.is_some());
-        let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-        let stated = InitialValues::new(at.t, &q, &v);
+        let is_given = |k: usize| {
+            let own = places.iter().position(|place| *place == k).map(|k| first[k]);
+            own.map_or([false; 2], |own| [own.coordinate, own.rate])
+        };
         let mut parameters = found.parameters;
-        for (own, change) in tangents.iter().zip(&mut parameters) {
-            self.stays_mobile(own, &change.q)?;
-            for (k, (joint, freedom, coordinate)) in chosen.iter().enumerate() {
-                if places.contains(&k) {
-                    continue;
-                }
-                let by = [&own.q[..], &own.v[..]];
-                let [value, rate] =
-                    start::stated_change(mechanism, &own.numbers, coordinate, stated, by);
-                let of_joint =
-                    own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
-                let rate = match by_rates && joint.is_some() {
-                    true => of_joint.map_or(0.0, |own| own.2),
-                    false => rate,
-                };
-                change.add(value, &found.coordinates[k]);
-                change.add(rate, &found.rates[k]);
+        for (tangent, change) in tangents.iter().zip(&mut parameters) {
+            self.stays_mobile(tangent, &change.q)?;
+            if (0..chosen.len()).all(|k| is_given(k) == [true; 2]) {
+                continue;
+            }
+            let by = own.change_of(tangent)?;
+            for (k, coordinate) in plain.iter().enumerate() {
+                let [value, rate] = start::stated_change(
+                    mechanism,
+                    &tangent.numbers,
+                    coordinate,
+                    own.at,
+                    [&by.q, &by.v],
+                );
+                let [coordinate, of_rate] = is_given(k);
+                change.add(if coordinate { 0.0 } else { value }, &found.coordinates[k]);
+                change.add(if of_rate { 0.0 } else { rate }, &found.rates[k]);
             }
         }
         let of = |k: &usize| [found.coordinates[*k].clone(), found.rates[*k].clone()];
         Ok(GivenStart { parameters, given: places.iter().map(of).collect() })
+    }
+
+    /// How the start of the model itself changes, for what is not given.
+    fn change_of(&self, own: &ModelTangent) -> Result<StartTangent, ModelError> {
+        match self.how {
+            How::Relaxed { .. } => {
+                let what = format!(
+                    "the derivative by `{}` of a relaxed start at which joints are given",
+                    own.name
+                );
+                Err(refused("simulation.start", what, "write start = \"stated\""))
+            }
+            _ => self.change(own),
+        }
+    }
+
+    /// Refuses rotations in loops that are free about some axes alone: where they lead depends on
+    /// the way.
+    fn refuse_free_rotations(&self, chosen: &[TreeCoordinate]) -> Result<(), ModelError> {
+        let turn = |own: &TreeCoordinate| match &own.2 {
+            StartCoordinate::Turn { frame, parent, .. } => Some((*frame, *parent)),
+            _ => None,
+        };
+        for own in chosen {
+            let Some(frames) = turn(own) else { continue };
+            if chosen.iter().filter(|other| turn(other) == Some(frames)).count() < 3 {
+                let body = &self.mechanism.description().bodies[frames.0].name;
+                let what = format!("the start of joints of a loop in which `{body}` turns freely");
+                let help = "let a universal joint take the place of a spherical one there";
+                return Err(refused("identify.initial", what, help));
+            }
+        }
+        Ok(())
     }
 
     /// A start that is closed and keeps the stated rates of joints: their coordinates are kept as

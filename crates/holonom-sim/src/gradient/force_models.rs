@@ -265,7 +265,7 @@ pub(super) const REACTIONS: [(&str, &str, &str, &[&str]); 8] = [
 ];
 
 /// Sensors of accelerations: type, of what, choices, numbers.
-pub(super) const ACCELERATIONS: [(&str, &str, &str, &[&str]); 4] = [
+pub(super) const ACCELERATIONS: [(&str, &str, &str, &[&str]); 6] = [
     ("acceleration", "lower", "point = [0.2, \"= 0.1*length\", 0.1]\n", &["x", "z"]),
     ("acceleration", "end", "", &["y"]),
     ("angular_acceleration", "box", "", &["x", "z"]),
@@ -275,6 +275,8 @@ pub(super) const ACCELERATIONS: [(&str, &str, &str, &[&str]); 4] = [
         "point = [\"= 0.1*length\", 0.0, 0.1]\nrotation_vector = [0.1, 0.4, -0.2]\n",
         &["ax", "az", "gy"],
     ),
+    ("joint_acceleration", "shoulder", "", &[""]),
+    ("joint_acceleration", "slide", "", &[""]),
 ];
 
 /// A model without its controls.

@@ -218,7 +218,6 @@ fn orientations_agree_with_differences() {
 fn sensors_without_derivatives_are_refused_with_a_remedy() {
     let held = held();
     for (kind, of, part, remedy) in [
-        ("joint_acceleration", "shoulder", "", "the rate of the joint"),
         ("power", "along", "", "in a sensor of type \"expression\""),
         ("power", "mount", "", "in a sensor of type \"expression\""),
         ("work", "tie", "", "the power along the path"),
@@ -311,7 +310,11 @@ fn forces_of_higher_order_agree_with_differences() {
 #[test]
 fn accelerations_at_the_end_agree_with_differences() {
     compare_all(&without_controls(FORCES), &ACCELERATIONS, "");
-    let coupler = [("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..])];
+    let coupler = [
+        ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..]),
+        ("joint_acceleration", "pin", "", &[""]),
+        ("joint_acceleration", "cut", "", &[""]),
+    ];
     compare_all(&without_controls(&without_objectives(LINKAGE)), &coupler, "");
 }
 
@@ -331,6 +334,68 @@ fn expressions_of_forces_agree_with_differences() {
         let text = sensing(&by(&text, steps), &sensor, "", at);
         worst.compare(&format!("expression {steps}{at}"), &text, &Wanted::everything());
     }
+}
+
+/// By the length of all steps at a fixed number of them, backward and forward, against runs with
+/// other steps.
+#[test]
+fn forces_by_the_time_step_agree_with_differences() {
+    let linkage = without_controls(&without_objectives(LINKAGE));
+    let galerkin = "method = \"galerkin\"\norder = 4\n";
+    let cut = "type = \"reaction\"\nof = \"cut\"\n";
+    let other = "type = \"reaction\"\nof = \"other\"\n";
+    let tether = "type = \"effort\"\nof = \"tether\"\n";
+    let mut worst = 0.0_f64;
+    for (text, sensor, part, steps) in [
+        (&linkage, cut, "fx", ""),
+        (&linkage, cut, "fx", galerkin),
+        (&HELD.to_owned(), other, "fx", ""),
+        (&HELD.to_owned(), tether, "effort", ""),
+        (&HELD.to_owned(), tether, "effort", galerkin),
+    ] {
+        for at in ["", PATH] {
+            let text = sensing(&by(text, steps), sensor, part, at);
+            let source = ModelText::from_text(Path::new("model.toml"), text);
+            let model = source.model(&[]).unwrap();
+            let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+            let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
+            let (steps, checkpoints) = (prepared.steps, Checkpoints::All);
+            let task =
+                Task { steps, objective, controls, design: None, by_step: true, checkpoints };
+            let run = prepared.simulation.integrator();
+            let start = run.state().clone();
+            let found = Gradient::of(run, &task).unwrap().step.unwrap();
+            run.place_at(&start);
+            let n = start.q.len();
+            let still = vi_constraints::linearization::Tangent::zero(n, start.internal.len());
+            let direction = Direction { start: still, step: true, ..Direction::default() };
+            let beside = Beside { controls, design: None, objective };
+            let h = model.settings.step;
+            let mut forward = Sensitivities::new(run, h, vec![direction]).unwrap();
+            for _ in 0..steps {
+                forward.advance(run, beside).unwrap();
+            }
+            forward.add_forces(run, beside, true).unwrap();
+            let forward = forward.rates(objective, run.state())[0];
+            let value = |h: f64| {
+                let mut model = model.clone();
+                (model.settings.step, model.settings.end) = (h, h * steps as f64);
+                let mut own = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+                own.value().unwrap()
+            };
+            let central = |e: f64| (value(h + e * h) - value(h - e * h)) / (2.0 * e * h);
+            let (long, short) = (central(1e-3), central(5e-4));
+            let wanted = (4.0 * short - long) / 3.0;
+            let off = (found - wanted).abs() / wanted.abs();
+            println!(
+                "{sensor}{part} {at}: {found:e}, off by {off:.1e}, forward {:.1e}",
+                (forward / found - 1.0).abs()
+            );
+            worst = worst.max(off);
+            assert!((forward - found).abs() < 1e-11 * found.abs(), "{forward:e} for {found:e}");
+        }
+    }
+    assert!(worst < 1e-8, "{worst:e}");
 }
 
 /// The same bits with everything recorded and with checkpoints; the cost of a gradient beside that

@@ -27,7 +27,7 @@ mod orientation;
 pub(crate) mod prepared;
 pub(crate) mod quantity;
 #[cfg(test)]
-mod start_tests;
+pub(crate) mod start_tests;
 #[cfg(test)]
 mod tests;
 pub(crate) mod trial;
@@ -35,8 +35,9 @@ pub(crate) mod trial;
 pub use check::Check;
 pub use prepared::GradientFailure;
 
-use crate::design::start::TreeCoordinate;
+use crate::design::start::GivenJoint;
 use crate::design::{self, LEAVE_OUT, ModelTangent, refused};
+use crate::start::independent::TreeCoordinate;
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
@@ -119,16 +120,21 @@ impl Wanted {
         Outside { start: self.start.clone(), ..Outside::default() }
     }
 
-    /// The joints whose start is given: joint, freedom.
-    fn given(&self, model: &Model) -> Vec<(usize, usize)> {
-        let all = self.start.coordinates.iter().chain(&self.start.rates);
-        let place = |own: &(String, usize, f64)| {
-            let joint = model.joints.iter().position(|joint| joint.name == own.0)?;
-            Some((joint, own.1))
-        };
-        let mut given: Vec<(usize, usize)> = all.filter_map(place).collect();
-        given.sort_unstable();
-        given.dedup();
+    /// The joints whose start is given.
+    fn given(&self, model: &Model) -> Vec<GivenJoint> {
+        let JointStart { coordinates, rates } = &self.start;
+        let mut given: Vec<GivenJoint> = Vec::new();
+        let all = coordinates.iter().map(|own| (own, [true, false]));
+        for ((name, freedom, _), of) in all.chain(rates.iter().map(|own| (own, [false, true]))) {
+            let Some(joint) = model.joints.iter().position(|own| own.name == *name) else {
+                continue;
+            };
+            let [coordinate, rate] = of;
+            match given.iter_mut().find(|own| (own.joint, own.freedom) == (joint, *freedom)) {
+                Some(own) => own.rate |= rate,
+                None => given.push(GivenJoint { joint, freedom: *freedom, coordinate, rate }),
+            }
+        }
         given
     }
 }
@@ -267,7 +273,7 @@ pub fn gradient(
             let run = prepared.simulation.integrator();
             begin.changes(&of, run, (&design, &tangents))?
         }
-        false => of.given(&tangents, &given)?.parameters,
+        false => begin.given(&of, &tangents, &given)?.parameters,
     };
     let coordinates = match wanted.initial {
         true => of.coordinates_with(&given)?,

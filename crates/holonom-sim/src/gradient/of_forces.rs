@@ -3,7 +3,7 @@
 //! ```text
 //! reaction, effort of a constraint, tension    of λ: that of the step; at the start, by sub-steps
 //!                                              that of the acceleration level
-//! acceleration, angular acceleration, imu      of a at the acceleration level, as at the end
+//! accelerations of points, bodies and joints   of a at the acceleration level, as at the end
 //!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
 //! ```
 
@@ -19,6 +19,7 @@ use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
 use vi_control::terminal_rate::Level;
 use vi_core::Configuration;
 use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, Rows};
+use vi_multibody::design::{CoordinateAcceleration, MovedCoordinate};
 use vi_multibody::form::Form;
 use vi_multibody::law::Input;
 use vi_multibody::mechanism::Mechanism;
@@ -118,6 +119,28 @@ impl NodeQuantity for Turning {
     }
 }
 
+/// The acceleration of a joint coordinate.
+struct JointTurning {
+    own: CoordinateAcceleration,
+    by: Vec<Option<MovedCoordinate>>, // in the order of the parameters
+}
+
+impl NodeQuantity for JointTurning {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.own.value([node.at.q, node.v, node.a])
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+        self.own.add_slopes([node.at.q, node.v, node.a], scale, [out.q, out.v, out.a]);
+    }
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        let moved = self.by.get(parameter).and_then(Option::as_ref);
+        moved.map_or(0.0, |moved| self.own.by_parameter(moved, [node.at.q, node.v, node.a]))
+    }
+    fn reads(&self) -> Reads {
+        Reads { forces: false, accelerations: true }
+    }
+}
+
 /// What a sensor of forces of constraints or of accelerations shows; `None` of others.
 ///
 /// # Errors
@@ -157,6 +180,16 @@ fn accelerated(
     (sensor, part): (&Sensor, Option<&str>),
     tangents: &[ModelTangent],
 ) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    if sensor.kind == SensorKind::JointAcceleration {
+        let freedom = number_of(model, key, (sensor, part))?;
+        let joint = model.joints.iter().position(|own| own.name == sensor.of);
+        let own = joint.and_then(|joint| system.mechanism.known_coordinate(joint, freedom));
+        let own = own.ok_or_else(|| no_derivative(key, sensor))?;
+        let moved =
+            |tangent: &ModelTangent| MovedCoordinate::of(&system.mechanism, &tangent.numbers, &own);
+        let by = tangents.iter().map(moved).collect();
+        return Ok(Some(Box::new(JointTurning { own: CoordinateAcceleration::of(&own), by })));
+    }
     let is_imu = sensor.kind == SensorKind::Imu;
     let is_turning = sensor.kind == SensorKind::AngularAcceleration;
     if !(is_imu || is_turning || sensor.kind == SensorKind::Acceleration) {

@@ -2,12 +2,13 @@
 
 use super::expressed::sensors_read;
 use super::objective::Costs;
-use crate::design::start::StartOf;
+use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::{ModelTangent, refused};
 use crate::simulation::Simulation;
+use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};
 use crate::system::input::Input;
-use crate::system::outside::Outside;
+use crate::system::outside::{JointStart, Outside};
 use crate::system::{self, System};
 use holonom_model::{Control, Model, ModelError, SensorKind};
 use vi_constraints::linearization::Tangent;
@@ -252,6 +253,9 @@ pub(crate) struct Begin {
     stated_v: Vec<f64>,
     pub(crate) t: f64,
     how: How,
+    kept: Vec<TreeCoordinate>,
+    /// Of the model itself, where joints are given.
+    own: Option<Box<Self>>,
 }
 
 impl Begin {
@@ -267,8 +271,18 @@ impl Begin {
             })?;
         let mass = system.dynamics.parts.mass_matrix(&system.mechanism);
         let State { t, q, .. } = begun.state;
-        let (v, stated_v) = (begun.v, stated.v);
-        Ok(Self { mass, rows, q, v, stated_v, t, how: stated.how })
+        let (v, stated_v, how) = (begun.v, stated.v, stated.how);
+        let own = match outside.start == JointStart::default() {
+            true => None,
+            false => {
+                let mechanism = &system.mechanism;
+                let stated_v = StartValues::of(model, mechanism, &Outside::default())?.v;
+                let StartValues { q, v, how, .. } = StartValues::consistent(model, mechanism)?;
+                let (mass, rows, kept) = (mass.clone(), rows.clone(), Vec::new());
+                Some(Box::new(Self { mass, rows, q, v, stated_v, t, how, kept, own: None }))
+            }
+        };
+        Ok(Self { mass, rows, q, v, stated_v, t, how, kept: stated.kept, own })
     }
 
     pub(crate) fn rows(&self) -> &IndependentRows {
@@ -316,6 +330,23 @@ impl Begin {
     pub(crate) fn of<'a>(&'a self, model: &'a Model, mechanism: &'a Mechanism) -> StartOf<'a> {
         let (mass, rows, at) = (&self.mass, &self.rows, self.at());
         let stated_v = &self.stated_v;
-        StartOf { model, mechanism, mass, rows, at, stated_v, how: self.how }
+        let kept = &self.kept;
+        StartOf { model, mechanism, mass, rows, at, stated_v, how: self.how, kept }
+    }
+
+    /// How it changes where joints are given.
+    ///
+    /// # Errors
+    /// As of [`StartOf::given`].
+    pub(crate) fn given(
+        &self,
+        of: &StartOf<'_>,
+        tangents: &[ModelTangent],
+        first: &[GivenJoint],
+    ) -> Result<GivenStart, ModelError> {
+        match &self.own {
+            Some(own) => of.given(&own.of(of.model, of.mechanism), tangents, first),
+            None => of.given(of, tangents, first),
+        }
     }
 }

@@ -273,7 +273,7 @@ pub(crate) fn spin(
 pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
     let what = format!("the derivative of the sensor `{}`", sensor.name);
     let help = match sensor.kind {
-        SensorKind::JointAcceleration => "take the rate of the joint at two times",
+        SensorKind::JointAcceleration => "take a joint that slides or turns about its axes",
         SensorKind::Power => {
             "take the effort and a rate, and multiply them in a sensor of type \"expression\""
         }

@@ -4,6 +4,7 @@ use super::expressed::{Shown, depends_on};
 use super::of_forces;
 use super::prepared::{Begin, Prepared};
 use super::quantity::{Measured, Sensed, named};
+use crate::design::start::GivenJoint;
 use crate::design::{self, refused};
 use crate::start::StartValues;
 use crate::system;
@@ -78,7 +79,7 @@ impl StatedStart {
     /// [`ModelError`], where it has none.
     pub(crate) fn of(model: &Model) -> Result<Self, ModelError> {
         let mechanism = system::build(model)?.mechanism;
-        let StartValues { q, v, .. } = StartValues::of(model, &mechanism, &Outside::default())?;
+        let StartValues { q, v, .. } = StartValues::consistent(model, &mechanism)?;
         Ok(Self { mechanism, q, v })
     }
 
@@ -211,8 +212,11 @@ impl ModelTrials<'_> {
             false => {
                 let joint = |name: &str| model.joints.iter().position(|own| own.name == name);
                 let rates = self.initial.iter().filter(|own| own.is_rate);
-                let first = rates.filter_map(|own| Some((joint(&own.joint)?, own.freedom)));
-                let found = of.given(&tangents, &first.collect::<Vec<_>>())?;
+                let first = rates.filter_map(|own| {
+                    let (joint, freedom) = (joint(&own.joint)?, own.freedom);
+                    Some(GivenJoint { joint, freedom, coordinate: true, rate: true })
+                });
+                let found = begin.given(&of, &tangents, &first.collect::<Vec<_>>())?;
                 (found.parameters, found.given)
             }
         };

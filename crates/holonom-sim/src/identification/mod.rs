@@ -16,6 +16,8 @@ mod segments;
 #[cfg(test)]
 mod segments_tests;
 #[cfg(test)]
+mod start_tests;
+#[cfg(test)]
 mod tests;
 
 pub use data::{DataError, MeasuredColumn};

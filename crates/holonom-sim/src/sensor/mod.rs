@@ -78,8 +78,10 @@ use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_multibody::builder::ForceElements;
+use vi_multibody::design::CoordinateAcceleration;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Joint;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::joint_motion::{JointMotion, joint_accelerations, joint_rates};
 use vi_multibody::mechanism::{Attachment, Mechanism};
 use vi_multibody::reaction::{NodeReactions, ReactionObserver};
@@ -103,10 +105,10 @@ enum Gauge {
     DistanceRate(Form),
     Coordinate(JointMotion),
     Rate(Joint),
-    JointAcceleration(Joint),
-    Reaction(usize, ReactionFrame),   // joint of the description
-    Tension(usize),                   // bar of the description
-    Held(usize),                      // scalar constraint of the description
+    JointAcceleration(Joint, Vec<CoordinateAcceleration>), // of its coordinates, if it has them
+    Reaction(usize, ReactionFrame),                        // joint of the description
+    Tension(usize),                                        // bar of the description
+    Held(usize),                                           // scalar constraint of the description
     Slip(Vec<(usize, Vector3<f64>)>), // of what rolls: rows among those of velocities, directions
     BladeSlip(usize),
     Contact(ContactGauge),
@@ -240,7 +242,7 @@ impl Sensors {
                 Gauge::Acceleration(..)
                     | Gauge::Imu(_)
                     | Gauge::AngularAcceleration(_)
-                    | Gauge::JointAcceleration(_)
+                    | Gauge::JointAcceleration(..)
             ) || matches!(gauge, Gauge::Section(section) if section.needs_acceleration())
         });
         let contacts =
@@ -549,7 +551,10 @@ impl Gauge {
             Self::Rate(joint) => {
                 out.extend(&joint_rates(joint, at.q, at.v)[..joint.kind.dof()]);
             }
-            Self::JointAcceleration(joint) => {
+            Self::JointAcceleration(joint, own) if own.len() == joint.kind.dof() => {
+                out.extend(own.iter().map(|own| own.value([at.q, at.v, at.a])));
+            }
+            Self::JointAcceleration(joint, _) => {
                 let all = joint_accelerations(joint, at.q, at.v, at.a);
                 out.extend(&all[..joint.kind.dof()]);
             }
@@ -713,7 +718,13 @@ impl Builder<'_> {
             SensorKind::DistanceRate => Gauge::DistanceRate(self.between(sensor)?),
             SensorKind::JointCoordinate => Gauge::Coordinate(JointMotion::new(joint()?, &self.q)),
             SensorKind::JointRate => Gauge::Rate(joint()?),
-            SensorKind::JointAcceleration => Gauge::JointAcceleration(joint()?),
+            SensorKind::JointAcceleration => {
+                let joint = joint()?;
+                let freedoms = 0..joint.kind.dof();
+                let own = freedoms.filter_map(|k| JointCoordinate::principal(&joint, k));
+                let own = own.map(|own| CoordinateAcceleration::of(&own)).collect();
+                Gauge::JointAcceleration(joint, own)
+            }
             SensorKind::SectionForce | SensorKind::Strain => {
                 Gauge::Section(SectionGauge::of(sensor, self)?)
             }

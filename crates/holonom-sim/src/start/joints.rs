@@ -1,15 +1,21 @@
 //! A run that begins at other coordinates and rates of joints than its model states.
 //!
 //! ```text
-//! q ← F_d(Δu, q)      along the spanning tree, Δu of the coordinates that are given
-//! q ← Π q             onto g(q) = 0, θ_r(q) = its value, where loops stay open
-//! v = P(q) ν          ν of the start of the model, with the rates that are given
-//! v ← Π_M v           onto G v + ∂g/∂t = 0, θ̇_r = its rate, where loops do not move so
+//! q ← F_d(Δu, q)                 along the spanning tree, Δu of what is given
+//! g(q) = 0,  x(q) = z            where loops stay open, or a spherical joint turns its child
+//! v = P(q) ν                     ν of the model's own start, with the rates that are given
+//! G v + ∂g/∂t = 0,  ∇x v = ż     where loops do not move so, or a spherical joint turns otherwise
 //! ```
-//! The way is taken in parts of at most [`PART`], so that closed loops stay on their branch. An
-//! angle counts modulo a revolution, unless the angles of a state are given as well.
+//! `x`: independent coordinates, those that are given first; the others keep the values and rates
+//! that they have at the model's own start, which is projected where the model says so. The way is
+//! taken in parts of at most [`PART`], so that closed loops stay on their branch. An angle counts
+//! modulo a revolution, unless the angles of a state are given as well.
+//!
+//! Where coordinates do not determine the start, the closest configuration and velocity with what
+//! is given are taken (`Π`, `Π_M`).
 
-use super::StartValues;
+use super::others::{CLOSED, Others};
+use super::{How, StartValues};
 use crate::assembly::{self, closure};
 use crate::system::coordinate::check_coordinate;
 use crate::system::input::nothing;
@@ -37,6 +43,7 @@ const TOLERANCE: f64 = 1e-9;
 /// A coordinate of a joint with what is given for it.
 struct Given<'a> {
     joint: &'a str,
+    place: (usize, usize), // of the model, and which of its coordinates
     freedom: usize,
     coordinate: JointCoordinate,
     unknown: Option<SignedUnknown>,
@@ -70,7 +77,9 @@ impl<'a> Given<'a> {
                 let message = format!("`{name}` has no coordinate that could be given");
                 return Err(ModelError::Assembly(vec![Problem::new(key, message)]));
             };
-            Ok(Self { joint: name, freedom: *freedom, coordinate, unknown, value: *value })
+            let of_model = model.joints.iter().position(|own| own.name == *name);
+            let place = (of_model.unwrap_or_default(), *freedom); // it has one
+            Ok(Self { joint: name, place, freedom: *freedom, coordinate, unknown, value: *value })
         };
         list.iter().map(one).collect()
     }
@@ -103,22 +112,35 @@ pub(super) fn begun(
     from: StartValues,
 ) -> Result<StartValues, ModelError> {
     let given = &outside.start;
-    if given.coordinates.is_empty() && given.rates.is_empty() {
-        return Ok(from);
-    }
     let places = Given::all(&given.coordinates, "joints", model, mechanism)?;
     let rates = Given::all(&given.rates, "rates", model, mechanism)?;
     let tree = TreeMap::new(mechanism);
+    let given = places.iter().chain(&rates).map(|given| given.place);
+    let mut others = Others::new(model, mechanism, given, [from.q.clone(), from.v.clone()]);
     let mut nu = rates_of_tree(&tree, &from.q, &from.v);
-    let q = placed(model, (mechanism, &tree), outside, &places, from.q)?;
+    let q = placed(model, (mechanism, &tree), outside, (&places, &mut others), from.q)?;
     for rate in &rates {
         if let Some(SignedUnknown { index, sign }) = rate.unknown {
             nu[index] = sign * rate.value;
         }
     }
-    let v = moving(model, mechanism, outside, &rates, (&q, velocities_of_tree(&tree, &q, nu)))?;
+    let v = velocities_of_tree(&tree, &q, nu);
+    let v = moving(model, mechanism, outside, (&rates, &mut others), (&q, v))?;
     let angles = revolved(mechanism, &outside.angles, &places, &q);
-    Ok(StartValues { q, v, angles, ..from })
+    Ok(StartValues { q, v, angles, kept: others.chosen, ..from })
+}
+
+/// `from` on the constraints, where the model projects it.
+pub(super) fn projected(model: &Model, from: StartValues) -> Result<StartValues, ModelError> {
+    if !model.settings.project_start || from.how != How::Stated {
+        return Ok(from);
+    }
+    let found = Driven::new(model, &Outside::default(), &[])?.project(&from.q, &from.v, &[]);
+    let (q, v) = found.map_err(|why| {
+        let message = format!("the start cannot be projected: {why}");
+        ModelError::Assembly(vec![Problem::new("simulation.project_start", message)])
+    })?;
+    Ok(StartValues { q, v, ..from })
 }
 
 /// The angles at the start with the revolutions of a state, where it is given: those of the joints
@@ -174,7 +196,7 @@ fn placed(
     model: &Model,
     (mechanism, tree): (&Mechanism, &TreeMap),
     outside: &Outside,
-    places: &[Given<'_>],
+    (places, others): (&[Given<'_>], &mut Others<'_>),
     mut q: Vec<f64>,
 ) -> Result<Vec<f64>, ModelError> {
     if places.is_empty() {
@@ -214,12 +236,22 @@ fn placed(
         let share = part as f64 / parts;
         let reached: Vec<f64> =
             from.iter().zip(ways()).map(|(from, way)| from + share * way).collect();
-        let on_way = |q: &[f64]| {
+        let on_way = |q: &[f64], tolerance: f64| {
             let near = |(place, value): (&Given<'_>, &f64)| is_near(place.at(q), *value);
             let open = closure(mechanism, q, &vec![0.0; q.len()]).position;
-            open <= model.settings.start_tolerance && places.iter().zip(&reached).all(near)
+            open <= tolerance && places.iter().zip(&reached).all(near)
         };
-        if on_way(&q) {
+        let tolerance = model.settings.start_tolerance;
+        if on_way(&q, tolerance.min(CLOSED)) && others.turn_along(&q) {
+            continue;
+        }
+        let given = places.iter().map(|given| given.place);
+        let values: Vec<_> = given.zip(reached.iter().copied()).collect();
+        if let Some(found) = others.place(&q, &values) {
+            q = found.map_err(&refused)?;
+            if !on_way(&q, tolerance) {
+                return Err(refused("loops stay open".into()));
+            }
             continue;
         }
         let driven = match &mut driven {
@@ -230,7 +262,7 @@ fn placed(
         let at: Vec<[f64; 2]> = places.iter().zip(&reached).map(next).collect();
         let still = vec![0.0; q.len()];
         q = driven.project(&q, &still, &at).map_err(&refused)?.0;
-        if !on_way(&q) {
+        if !on_way(&q, tolerance) {
             return Err(refused("loops stay open".into()));
         }
     }
@@ -253,24 +285,30 @@ fn moving(
     model: &Model,
     mechanism: &Mechanism,
     outside: &Outside,
-    rates: &[Given<'_>],
+    (rates, others): (&[Given<'_>], &mut Others<'_>),
     (q, v): (&[f64], Vec<f64>),
 ) -> Result<Vec<f64>, ModelError> {
     let tolerance = model.settings.start_tolerance;
-    let kept = |v: &[f64]| {
+    let kept = |v: &[f64], tolerance: f64| {
         let near = |rate: &Given<'_>| {
             (rate.coordinate.rate(q, v) - rate.value).abs() <= TOLERANCE * rate.value.abs().max(1.0)
         };
         assembly::velocity_inconsistencies(mechanism, q, v, tolerance).is_empty()
             && rates.iter().all(near)
     };
-    if kept(&v) {
+    if kept(&v, tolerance.min(CLOSED)) && others.spin_along(q, &v) {
         return Ok(v);
     }
-    let mut driven = Driven::new(model, outside, rates)?;
-    let at: Vec<[f64; 2]> = rates.iter().map(|rate| [rate.at(q), rate.value]).collect();
-    match driven.project(q, &v, &at) {
-        Ok((_, v)) if kept(&v) => Ok(v),
+    let given: Vec<_> = rates.iter().map(|rate| (rate.place, rate.value)).collect();
+    let found = match others.velocity(q, &given) {
+        Some(found) => found,
+        None => {
+            let at: Vec<[f64; 2]> = rates.iter().map(|rate| [rate.at(q), rate.value]).collect();
+            Driven::new(model, outside, rates)?.project(q, &v, &at).map(|found| found.1)
+        }
+    };
+    match found {
+        Ok(v) if kept(&v, tolerance) => Ok(v),
         found => {
             let names: Vec<String> =
                 rates.iter().map(|rate| format!("`{}`", rate.name())).collect();

@@ -13,7 +13,9 @@
 //! is otherwise the same, and its consistent initial values are taken. Rates that contradict each
 //! other or the constraints are refused with their names.
 
+pub(crate) mod independent;
 mod joints;
+mod others;
 mod rolling;
 mod rough_start;
 pub(crate) mod separation;
@@ -22,9 +24,10 @@ use crate::assembly;
 use crate::digits::rounded;
 use crate::run::outcome::RunFailure;
 use crate::statics::{InOwnRotation, Statics};
-use crate::system::outside::Outside;
+use crate::system::outside::{JointStart, Outside};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Inconsistency, Model, ModelError, MotionPath, Problem};
+use independent::TreeCoordinate;
 use vi_constraints::initialization::start;
 use vi_constraints::integrator::SetupError;
 use vi_constraints::{Constraints, InitialValues};
@@ -42,6 +45,8 @@ pub(crate) struct StartValues {
     pub(crate) separated: bool,
     /// Angles with the revolutions that are given; principal values where this is empty.
     pub(crate) angles: Vec<f64>,
+    /// The independent coordinates of a closed mechanism that were given or kept.
+    pub(crate) kept: Vec<TreeCoordinate>,
 }
 
 /// How initial values come about.
@@ -64,7 +69,7 @@ pub(crate) enum How {
 
 impl StartValues {
     fn new((q, v): (Vec<f64>, Vec<f64>), how: How) -> Self {
-        Self { q, v, how, separated: false, angles: Vec::new() }
+        Self { q, v, how, separated: false, angles: Vec::new(), kept: Vec::new() }
     }
 
     /// The initial values of a model, with what is given for its joints from outside.
@@ -77,7 +82,18 @@ impl StartValues {
         mechanism: &Mechanism,
         outside: &Outside,
     ) -> Result<Self, ModelError> {
-        joints::begun(model, mechanism, outside, Self::of_model(model, mechanism)?)
+        if outside.start == JointStart::default() {
+            return Self::of_model(model, mechanism);
+        }
+        joints::begun(model, mechanism, outside, Self::consistent(model, mechanism)?)
+    }
+
+    /// Those of the model itself, projected where it says so.
+    ///
+    /// # Errors
+    /// As of [`StartValues::of`].
+    pub(crate) fn consistent(model: &Model, mechanism: &Mechanism) -> Result<Self, ModelError> {
+        joints::projected(model, Self::of_model(model, mechanism)?)
     }
 
     fn of_model(model: &Model, mechanism: &Mechanism) -> Result<Self, ModelError> {

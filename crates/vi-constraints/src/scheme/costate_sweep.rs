@@ -43,6 +43,26 @@ pub trait CostateSweep<S, C> {
         costate: &mut Costate,
     ) -> Result<(), Singular>;
 
+    /// Whether it takes what impulses of constraints cost ([`CostateSweep::pull_with`]).
+    fn takes_impulses(&self) -> bool {
+        false
+    }
+
+    /// The same where `h λ` costs: `G μ = −∂J/∂(h λ)` then [2.38].
+    ///
+    /// # Errors
+    /// [`LinearizationError`], also where the number is not determined.
+    fn pull_with(
+        &mut self,
+        _system: &S,
+        _constraints: &C,
+        _step: (&[Interval], &[f64]),
+        _costate: &mut Costate,
+        _cost: &mut ImpulseCost<'_>,
+    ) -> Result<(), LinearizationError> {
+        Err(Singular.into())
+    }
+
     /// Visits the parts of the equations of the last step with `h λ`, shape `m`, and costates; both
     /// of rows count with [`Tangents::OfBodies`].
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>);
@@ -50,6 +70,10 @@ pub trait CostateSweep<S, C> {
 
 /// Takes a part of the equations of a step, impulses of its constraints, and costates.
 pub type PartVisitor<'a> = dyn FnMut(Place<'_>, &[f64], Costates<'_>) + 'a;
+
+/// Takes the impulses `h λ` of constraints and gives `∂J/∂(h λ)`, both of shape `m`; those of the
+/// internal constraints of bodies do not cost.
+pub type ImpulseCost<'a> = dyn FnMut(&[f64], &mut [f64]) + 'a;
 
 /// Makes the sweep of a mechanism with these independent constraints over the steps of a method;
 /// `None` where its structure offers none that is faster.
@@ -217,6 +241,28 @@ impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization
             Self::Step(step, _) => step.pull(system, constraints, last(points), costate),
             Self::Galerkin(step) => step.pull(system, constraints, costate),
         }
+    }
+
+    fn takes_impulses(&self) -> bool {
+        matches!(self, Self::Step(..))
+    }
+
+    fn pull_with(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        (points, p): (&[Interval], &[f64]),
+        costate: &mut Costate,
+        cost: &mut ImpulseCost<'_>,
+    ) -> Result<(), LinearizationError> {
+        let (Self::Step(step, sources), s) = (self, last(points)) else {
+            return Err(Singular.into());
+        };
+        step.linearize(system, constraints, s, p)?;
+        let by_impulse = &mut sources.rows; // its sources are of tangents
+        by_impulse.fill(0.0);
+        cost(step.impulse(), by_impulse);
+        step.pull_with(system, constraints, s, by_impulse, costate)
     }
 
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {

@@ -51,6 +51,14 @@ pub enum LinearizationError {
         /// What is left of it, relative to its terms.
         defect: f64,
     },
+    /// A number of multipliers is not determined.
+    #[error(
+        "what is asked of multipliers is not determined: constraint {row} depends on the others"
+    )]
+    Undetermined {
+        /// The constraint.
+        row: usize,
+    },
 }
 
 /// A tangent vector at a node.
@@ -286,12 +294,12 @@ impl StepLinearization {
         Ok(())
     }
 
-    /// `out ← δ(h λ)` of the tangent that was pushed last, zero of rows that were left out; shape
+    /// `out ← h δλ` of the tangent that was pushed last, zero of rows that were left out; shape
     /// `m`. `h`: of the step, s.
     pub fn impulse_change(&self, h: f64, out: &mut [f64]) {
         out.fill(0.0);
         let n = self.momentum.len();
-        self.saddle.rows().scatter(&self.x[n..], out); // h δ(h λ)
+        self.saddle.rows().scatter(&self.x[n..], out); // h² δλ
         out.iter_mut().for_each(|change| *change /= h);
     }
 
@@ -307,14 +315,38 @@ impl StepLinearization {
         s: &Interval,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        self.pull_with(system, constraints, s, &[], costate)
+        let pulled = self.pull_with(system, constraints, s, &[], costate);
+        pulled.map_err(|_| Singular) // no multipliers are asked for
+    }
+
+    /// Refuses numbers with these derivatives by multipliers, shape `m`, that are not the same for
+    /// all multipliers with the same force; of the step that was linearized, from `(t, q)`.
+    ///
+    /// # Errors
+    /// [`LinearizationError`].
+    pub fn check_determined(
+        &mut self,
+        constraints: &impl Constraints,
+        at: (f64, &[f64]),
+        by_multipliers: &[f64],
+    ) -> Result<(), LinearizationError> {
+        if self.saddle.rows().len() == by_multipliers.len() {
+            return Ok(());
+        }
+        let n = at.1.len();
+        let (upper, lower) = self.x.split_at_mut(n);
+        upper.fill(0.0);
+        self.saddle.rows().gather(by_multipliers, lower);
+        self.saddle.solve_transposed(&mut self.x)?; // G x = −∂y/∂λ
+        let of = ([&self.x[..n], by_multipliers], -1.0);
+        self.dropped.determines(constraints, self.saddle.rows(), at, of)
     }
 
     /// The same of a number that depends on the impulse of the constraints as well, by
     /// `∂J/∂(h λ)`, shape `m`: then `G μ = −∂J/∂(h λ)`. Empty where it does not.
     ///
     /// # Errors
-    /// [`Singular`].
+    /// [`LinearizationError`], also of a number that is not determined.
     pub fn pull_with(
         &mut self,
         system: &impl DiscreteLagrangian,
@@ -322,7 +354,7 @@ impl StepLinearization {
         s: &Interval,
         by_impulse: &[f64],
         costate: &mut Costate,
-    ) -> Result<(), Singular> {
+    ) -> Result<(), LinearizationError> {
         let n = s.dim();
         let Costate { q: a, p: b, z: y } = costate;
         self.momentum.copy_from_slice(b);
@@ -341,6 +373,11 @@ impl StepLinearization {
             transposed(y, c, &|out| system.advance_slope(s, Slot::Second, out));
         }
         self.saddle.solve_transposed(&mut self.x)?; // (μ/h, σ)
+        if !by_impulse.is_empty() {
+            let (start, x) = (s.start(), [&self.x[..n], by_impulse]);
+            let of = (x, -1.0 / s.h); // of μ/h
+            self.dropped.determines(constraints, self.saddle.rows(), (start.t, start.q), of)?;
+        }
         let (mu, sigma) = self.x.split_at_mut(n);
         mu.iter_mut().for_each(|mu| *mu *= s.h);
         self.saddle.rows().scatter(sigma, &mut self.sigma);
@@ -385,9 +422,9 @@ pub(crate) fn transposed(v: &[f64], out: &mut [f64], emit: &dyn Fn(&mut dyn Entr
     emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
 }
 
-/// `G' δq' + g_s = 0` of rows that were left out.
+/// `G x = b` of rows that were left out, where it holds for the others.
 #[derive(Debug)]
-pub(crate) struct DroppedRows {
+pub struct DroppedRows {
     rows: Vec<f64>,     // m
     sizes: Vec<f64>,    // m
     absolute: Vec<f64>, // n
@@ -395,11 +432,12 @@ pub(crate) struct DroppedRows {
 
 impl DroppedRows {
     /// For `n` coordinates and `m` constraints.
-    pub(crate) fn new(n: usize, m: usize) -> Self {
+    #[must_use]
+    pub fn new(n: usize, m: usize) -> Self {
         Self { rows: vec![0.0; m], sizes: vec![0.0; m], absolute: vec![0.0; n] }
     }
 
-    /// Where the step `s` ends, whose end moves by `dq` with the sources `g_s`.
+    /// `G' δq' + g_s = 0` where the step `s` ends, whose end moves by `dq` with the sources `g_s`.
     pub(crate) fn check(
         &mut self,
         constraints: &impl Constraints,
@@ -408,21 +446,46 @@ impl DroppedRows {
         sources: &[f64],
         dq: &[f64],
     ) -> Result<(), LinearizationError> {
-        if chosen.len() == sources.len() || norm_inf(sources) <= 0.0 {
-            return Ok(());
+        let found = self.missed(constraints, chosen, (s.t_end(), &s.q1), [dq, sources], -1.0);
+        let opens = |(row, defect)| Err(LinearizationError::Opens { row, defect });
+        found.map_or(Ok(()), opens)
+    }
+
+    /// Whether a number with the derivatives `∂y/∂λ = scale G x` is the same for all multipliers
+    /// with the same force; `x` and `∂y/∂λ`, scale.
+    ///
+    /// # Errors
+    /// [`LinearizationError::Undetermined`].
+    pub fn determines(
+        &mut self,
+        constraints: &impl Constraints,
+        chosen: &IndependentRows,
+        at: (f64, &[f64]),
+        (of, scale): ([&[f64]; 2], f64),
+    ) -> Result<(), LinearizationError> {
+        let found = self.missed(constraints, chosen, at, of, scale);
+        found.map_or(Ok(()), |(row, _)| Err(LinearizationError::Undetermined { row }))
+    }
+
+    /// A row with `G x ≠ scale b`, and what is left of it, relative to its terms; `[x, b]`.
+    fn missed(
+        &mut self,
+        constraints: &impl Constraints,
+        chosen: &IndependentRows,
+        (t, q): (f64, &[f64]),
+        [x, b]: [&[f64]; 2],
+        scale: f64,
+    ) -> Option<(usize, f64)> {
+        if chosen.len() == b.len() || norm_inf(b) <= 0.0 {
+            return None;
         }
         let Self { rows, sizes, absolute } = self;
-        rows.copy_from_slice(sources);
-        constraints.add_rates(s.t_end(), &s.q1, dq, rows);
-        absolute.iter_mut().zip(dq).for_each(|(size, x)| *size = x.abs());
+        rows.iter_mut().zip(b).for_each(|(row, b)| *row = -scale * b);
+        constraints.add_rates(t, q, x, rows);
+        absolute.iter_mut().zip(x).for_each(|(size, x)| *size = x.abs());
         sizes.fill(0.0);
-        constraints.jacobian(s.t_end(), &s.q1, &mut RowSums { sizes: absolute, out: sizes });
-        for row in chosen.redundant() {
-            let defect = rows[row].abs() / (sizes[row] + sources[row].abs());
-            if defect > DEPENDENT {
-                return Err(LinearizationError::Opens { row, defect });
-            }
-        }
-        Ok(())
+        constraints.jacobian(t, q, &mut RowSums { sizes: absolute, out: sizes });
+        let defect = |row: usize| (row, rows[row].abs() / (sizes[row] + (scale * b[row]).abs()));
+        chosen.redundant().map(defect).find(|(_, defect)| *defect > DEPENDENT)
     }
 }

@@ -19,6 +19,7 @@ use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use vi_constraints::Constraints;
 use vi_constraints::design::{Design, Place};
+use vi_constraints::linearization::{DroppedRows, LinearizationError};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
@@ -39,6 +40,7 @@ pub struct NodeAcceleration {
     of_v: Vec<f64>,   // n
     rows: Vec<f64>,   // m
     standing: Interval,
+    dropped: DroppedRows,
 }
 
 impl NodeAcceleration {
@@ -70,6 +72,7 @@ impl NodeAcceleration {
             of_v: vec![0.0; n],
             rows: vec![0.0; m],
             standing: Interval::new(n),
+            dropped: DroppedRows::new(n, m),
         })
     }
 
@@ -123,7 +126,8 @@ impl NodeAcceleration {
     /// Adds the derivatives by `q` and `p̄`, shape `n`, of a number with these by `v̂`, `a`, `λ`.
     ///
     /// # Errors
-    /// As of [`NodeAcceleration::find`].
+    /// As of [`NodeAcceleration::find`], and [`LinearizationError::Undetermined`] of a number that
+    /// is not the same for all multipliers with the same force.
     pub fn pull(
         &mut self,
         mechanism: &Mechanism,
@@ -131,8 +135,8 @@ impl NodeAcceleration {
         at: Configuration<'_>,
         [by_v, by_a, by_lambda]: [&[f64]; 3],
         [q, p]: [&mut [f64]; 2],
-    ) -> Result<(), Singular> {
-        let Self { velocity, v, a, lambda, w, nu, x, of_v, .. } = self;
+    ) -> Result<(), LinearizationError> {
+        let Self { velocity, v, a, lambda, w, nu, x, of_v, dropped, .. } = self;
         let n = v.len();
         let saddle = velocity.saddle();
         let (upper, lower) = x.split_at_mut(n);
@@ -142,6 +146,7 @@ impl NodeAcceleration {
         w.copy_from_slice(&x[..n]);
         nu.fill(0.0);
         saddle.rows().scatter(&x[n..], nu);
+        dropped.determines(mechanism, saddle.rows(), (at.t, at.q), ([w, by_lambda], 1.0))?;
         of_v.copy_from_slice(by_v);
         for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut of_v[..])] {
             let into = &mut Product { v: w, out };
@@ -154,7 +159,7 @@ impl NodeAcceleration {
         bend(lambda, -1.0, w, q);
         bend(nu, -1.0, a, q);
         bend(nu, -2.0, v, of_v);
-        velocity.pull(mechanism, at, of_v, [q, p])
+        Ok(velocity.pull(mechanism, at, of_v, [q, p])?)
     }
 
     /// `w`, the derivative of the number of the last [`NodeAcceleration::pull`] by forces on the

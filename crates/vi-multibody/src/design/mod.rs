@@ -13,6 +13,8 @@
 //! multipliers mean.
 
 pub mod acceleration;
+mod coordinate;
+mod coordinate_acceleration;
 mod explicit;
 mod mass_sums;
 mod moved_coordinate;
@@ -24,6 +26,7 @@ pub mod start;
 mod tangent;
 pub mod velocity;
 
+pub use coordinate_acceleration::CoordinateAcceleration;
 pub use moved_coordinate::MovedCoordinate;
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,

@@ -9,7 +9,7 @@ use vi_core::num_dual::Dual64;
 /// A joint coordinate `x(q; θ)` whose joint changes with a parameter.
 #[derive(Clone, Debug)]
 pub struct MovedCoordinate {
-    value: Value<Dual64>,
+    pub(super) value: Value<Dual64>,
 }
 
 impl MovedCoordinate {

@@ -10,43 +10,26 @@
 //! the independent rows are solved and the others checked: one that is left over says that no
 //! neighbouring mechanism closes ([`StartDerivativeError::Opens`]).
 
+pub use super::coordinate::{StartCoordinate, independent};
+
 use super::explicit::Masses;
 use super::moved_coordinate::MovedCoordinate;
 use super::rows::MovedRows;
 use super::{DesignError, MechanismTangent};
-use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::mechanism::Mechanism;
-use crate::pair::DegreeOfFreedom;
-use crate::pair::joint::FrameId;
-use nalgebra::Vector3;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::Configuration;
-use vi_core::linear::{Singular, SparseLu};
+use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_rigid::directors::FRAME;
 
 /// Part of the size of a row that a redundant one may be left with.
 const LEFT_OVER: f64 = 1e-8;
 
-/// A coordinate of the start.
-#[derive(Clone, Debug)]
-pub enum StartCoordinate {
-    /// A length or an angle of a joint.
-    Joint(Box<JointCoordinate>),
-    /// A coordinate `q_i` itself: of the centre of a free body, of a point mass, m.
-    Place(usize),
-    /// A rotation about an axis of space (0, 1, 2) of a frame, relative to another or to the
-    /// ground, rad; zero at the start.
-    Turn {
-        /// What turns.
-        frame: usize,
-        /// Relative to what.
-        parent: Option<usize>,
-        /// About which axis.
-        axis: usize,
-    },
-}
+/// Iterations of Newton's method for a configuration.
+const ITERATIONS: usize = 30;
+/// A change after which the next one is below rounding, relative to the configuration.
+const LAST_CHANGE: f64 = 1e-10;
 
 /// Why the start has no derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -63,6 +46,9 @@ pub enum StartDerivativeError {
     /// The coordinates do not determine the others.
     #[error("the initial coordinates do not determine the others: {0}")]
     Singular(#[from] Singular),
+    /// No configuration has the values of the coordinates.
+    #[error("no configuration near by has these coordinates")]
+    Unreached,
     /// A parameter opens a redundant loop.
     #[error(
         "no neighbouring mechanism closes: constraint {row} of `{name}`, which follows from the \
@@ -120,85 +106,6 @@ pub struct StartDerivatives {
     pub parameters: Vec<StartTangent>,
 }
 
-impl StartCoordinate {
-    /// Those of the spanning tree of the bodies, with the number of the joint and the freedom; of
-    /// free members without a joint the first is `None`.
-    #[must_use]
-    pub fn of_tree(mechanism: &Mechanism) -> Vec<(Option<usize>, usize, Self)> {
-        let joints = &mechanism.description().joints;
-        let mut found = Vec::new();
-        for link in mechanism.tree().links() {
-            let own = |joint: &crate::Joint| *joint == link.joint || joint.reversed() == link.joint;
-            let number = joints.iter().position(own);
-            let joint = number.map_or(&link.joint, |k| &joints[k]);
-            for freedom in 0..joint.kind.dof() {
-                let coordinate = match joint.kind.degree_of_freedom(freedom) {
-                    Some(DegreeOfFreedom::Position) => Self::Place(FRAME * link.frame + freedom),
-                    Some(DegreeOfFreedom::Rotation) => {
-                        let index = |frame| match frame {
-                            FrameId::Frame(k) => Some(k),
-                            FrameId::Ground => None,
-                        };
-                        let ends = [joint.parent.frame, joint.child.frame].map(index);
-                        let other = ends.into_iter().flatten().find(|k| *k != link.frame);
-                        let axis = freedom - joint.kind.rotation_vector().unwrap_or(0);
-                        Self::Turn { frame: link.frame, parent: other, axis }
-                    }
-                    _ => match (number, JointCoordinate::principal(joint, freedom)) {
-                        (Some(k), Some(own)) => Self::Joint(Box::new(own.placed(k, freedom))),
-                        _ => continue,
-                    },
-                };
-                found.push((number, freedom, coordinate));
-            }
-        }
-        let description = mechanism.description();
-        for k in 0..description.particles.len() {
-            let first = mechanism.particle_offset(k);
-            let own = |freedom| (None, freedom, Self::Place(first + freedom));
-            found.extend((0..description.dimension).map(own));
-        }
-        found
-    }
-
-    /// The entries of `∇x`.
-    fn for_each_slope(&self, q: &[f64], mut visit: impl FnMut(usize, f64)) {
-        match self {
-            Self::Joint(own) => own.for_each_slope(q, visit),
-            Self::Place(i) => visit(*i, 1.0),
-            Self::Turn { frame, parent, axis } => {
-                let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
-                let frames = [(Some(frame), 0.5), (parent.as_ref(), -0.5)];
-                for (frame, half) in frames {
-                    let Some(frame) = frame else { continue };
-                    for d in [3, 6, 9].map(|i| FRAME * frame + i) {
-                        visit(d + last, half * q[d + next]);
-                        visit(d + next, -half * q[d + last]);
-                    }
-                }
-            }
-        }
-    }
-
-    /// `D²x[v, w]`.
-    fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
-        match self {
-            Self::Joint(own) => own.second(q, v, w),
-            Self::Place(_) => 0.0,
-            // the rate ½ Σ d_I × ḋ_I along a change of the directors
-            Self::Turn { frame, parent, axis } => {
-                let turn = |frame: usize| -> f64 {
-                    let of = |x: &[f64], i: usize| {
-                        Vector3::from_column_slice(&x[FRAME * frame + i..FRAME * frame + i + 3])
-                    };
-                    [3, 6, 9].iter().map(|&i| 0.5 * of(v, i).cross(&of(w, i))[*axis]).sum()
-                };
-                turn(*frame) - parent.map_or(0.0, turn)
-            }
-        }
-    }
-}
-
 /// `q`, `v` of a start, the matrix `[G; ∇x]` and what is beside it.
 struct Equations<'a> {
     mechanism: &'a Mechanism,
@@ -246,6 +153,58 @@ impl<'a> Equations<'a> {
         self.lu.solve(&self.matrix, &mut x)?;
         Ok(x.chunks_exact(n).map(<[f64]>::to_vec).collect())
     }
+}
+
+/// `q` with `g(q) = 0`, `x(q) = z`, next to that of `at`, by Newton's method with `[G; ∇x]`; shape
+/// `n`. `values`: `z`, m or rad, angles modulo a revolution; rotations are those of `own`, shape
+/// `n`.
+///
+/// # Errors
+/// [`StartDerivativeError`] where there is none near by.
+pub fn configuration(
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+    at: InitialValues<'_>,
+    coordinates: &[StartCoordinate],
+    (values, own): (&[f64], &[f64]),
+) -> Result<Vec<f64>, StartDerivativeError> {
+    let (mut q, mut g) = (at.q.to_vec(), vec![0.0; mechanism.len()]);
+    for _ in 0..ITERATIONS {
+        let at = InitialValues::new(at.t, &q, at.v);
+        let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+        mechanism.value(Configuration::new(at.t, &q), &mut g);
+        let open = g.iter().map(|g| -g).collect();
+        let left = coordinates.iter().zip(values).map(|(x, value)| x.left_to(*value, &q, own));
+        let left = left.collect();
+        let change = equations.solve(&[(open, left)])?.swap_remove(0);
+        q.iter_mut().zip(&change).for_each(|(q, by)| *q += by);
+        let size = norm_inf(&change);
+        if size <= LAST_CHANGE * norm_inf(&q).max(1.0) {
+            return Ok(q);
+        }
+        if !size.is_finite() {
+            break;
+        }
+    }
+    Err(StartDerivativeError::Unreached)
+}
+
+/// `v` with `G v + g_t = 0`, `∇x v = ż`, shape `n`; `rates`: `ż`, m/s or rad/s.
+///
+/// # Errors
+/// [`StartDerivativeError`] where the coordinates do not determine it.
+pub fn velocities(
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+    at: InitialValues<'_>,
+    coordinates: &[StartCoordinate],
+    rates: &[f64],
+) -> Result<Vec<f64>, StartDerivativeError> {
+    let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+    let mut b = vec![0.0; mechanism.len()];
+    mechanism.time_derivative(at.t, at.q, &mut b);
+    b.iter_mut().for_each(|b| *b = -*b);
+    Ok(equations.solve(&[(b, rates.to_vec())])?.swap_remove(0))
 }
 
 /// The derivatives of a consistent start by coordinates, rates and parameters; `mass`: `M`, `rows`:
@@ -404,7 +363,7 @@ pub fn add_mass_change(
     v: &[f64],
     p: &mut [f64],
 ) {
-    if let Some(masses) = Masses::of(mechanism, tangent, Vector3::zeros()) {
+    if let Some(masses) = Masses::of(mechanism, tangent, nalgebra::Vector3::zeros()) {
         masses.for_each_momentum(v, |i, momentum| p[i] += momentum);
     }
 }
@@ -439,53 +398,4 @@ fn moved_by(
     let StartCoordinate::Joint(own) = coordinate else { return [0.0; 2] };
     let moved = MovedCoordinate::of(mechanism, tangent, own);
     moved.map_or([0.0; 2], |own| [own.by(at.q), own.rate_by(at.q, at.v)])
-}
-
-/// Those of the coordinates whose gradients are independent on the tangent space of the
-/// constraints: as many as there are degrees of freedom, the first ones where there is a choice.
-///
-/// # Errors
-/// [`Singular`] where they do not determine the configuration.
-pub fn independent(
-    mechanism: &Mechanism,
-    rows: &IndependentRows,
-    at: InitialValues<'_>,
-    coordinates: &[StartCoordinate],
-) -> Result<Vec<usize>, Singular> {
-    let (n, r) = (mechanism.dim(), rows.len());
-    let dof = n - r;
-    if coordinates.len() == dof {
-        return Ok((0..dof).collect());
-    }
-    // rows of constraints, orthonormal; a coordinate is taken that is not among them
-    let mut dense = nalgebra::DMatrix::zeros(mechanism.len(), n);
-    mechanism.jacobian(at.t, at.q, &mut dense);
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    let mut take = |mut row: Vec<f64>, least: f64| -> bool {
-        let size = vi_core::linear::dot(&row, &row).sqrt();
-        for _ in 0..2 {
-            for own in &basis {
-                let along = vi_core::linear::dot(own, &row);
-                row.iter_mut().zip(own).for_each(|(x, e)| *x -= along * e);
-            }
-        }
-        let left = vi_core::linear::dot(&row, &row).sqrt();
-        let taken = left > least * size;
-        if taken {
-            basis.push(row.into_iter().map(|x| x / left).collect());
-        }
-        taken
-    };
-    for &row in rows.rows() {
-        take(dense.row(row).iter().copied().collect(), 0.0);
-    }
-    let mut found = Vec::new();
-    for (k, coordinate) in coordinates.iter().enumerate() {
-        let mut row = vec![0.0; n];
-        coordinate.for_each_slope(at.q, |i, slope| row[i] += slope);
-        if found.len() < dof && take(row, 1e-6) {
-            found.push(k);
-        }
-    }
-    if found.len() == dof { Ok(found) } else { Err(Singular) }
 }

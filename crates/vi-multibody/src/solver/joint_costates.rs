@@ -6,6 +6,8 @@
 //! Σ h λ_i D²g_i(q_n) μ                                    joints: of their rows; bodies: ω × y_I
 //! y = w − G_Jᵀ h λ_J = G_Iᵀ h λ_I                         per director, without λ_I
 //! ```
+//! `ξ` with `Wᵀ ξ = r`: a motion of what a joint carries along which its rows change by `r`. Such
+//! motions of all joints, each carried along by the next, are `μ` with `G_J μ = r`.
 //! `W`: the wrenches of the rows of a joint on the body that it carries. The internal constraints
 //! of bodies have no parameters, and do no work on rigid bodies: their multipliers are not needed.
 //! `O(N)`; the factors of a node serve the step before it and the one after it. The control points
@@ -13,16 +15,18 @@
 #![allow(non_snake_case)] // Q, R, U, W
 
 use crate::constraint::scalar_constraint::ScalarRow;
+use crate::geometry::form::Term;
 use crate::geometry::products::{MOST, ProductRow, Products, Vectors};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::{Transmitted, links_of_joints};
+use crate::tree::Tree;
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
-use vi_rigid::directors::{FRAME, director};
+use vi_rigid::directors::{FRAME, center, director};
 
 /// What a column of `W` has beside the others at least, of its square.
 const INDEPENDENT: f64 = 1e-20;
@@ -49,6 +53,7 @@ pub(super) struct JointNodes {
     joints: Vec<TreeJoint>,
     nodes: Vec<Node>,
     transmitted: Transmitted,
+    twists: Vec<Twist>, // of links
 }
 
 /// A joint of the tree.
@@ -59,6 +64,7 @@ struct TreeJoint {
     anchor: Vector3<f64>, // in the directors of the frame
     first: usize,         // of its constraints
     products: Products,
+    own: Vec<(usize, Term)>,   // what the forms have of the frame: form, term
     thread: Option<ScalarRow>, // after them
 }
 
@@ -82,8 +88,8 @@ struct JointPlace {
 struct Wrenches {
     count: usize,
     Q: [Vector6<f64>; 6],
-    square: [f64; 6], // of the columns
-    U: [[f64; 6]; 6], // above the diagonal, by columns
+    inverse: [f64; 6], // of the squares of the columns
+    U: [[f64; 6]; 6],  // above the diagonal, by columns
 }
 
 impl Wrenches {
@@ -91,23 +97,35 @@ impl Wrenches {
     fn push(&mut self, mut column: Vector6<f64>) -> Result<(), Singular> {
         let (k, size) = (self.count, column.norm_squared());
         for i in 0..k {
-            self.U[k][i] = self.Q[i].dot(&column) / self.square[i];
+            self.U[k][i] = self.Q[i].dot(&column) * self.inverse[i];
             column -= self.U[k][i] * self.Q[i];
         }
         let square = column.norm_squared();
-        (self.Q[k], self.square[k], self.count) = (column, square, k + 1);
+        (self.Q[k], self.inverse[k], self.count) = (column, square.recip(), k + 1);
         if square > INDEPENDENT * size { Ok(()) } else { Err(Singular) }
     }
 
     /// `x` with `W x = −R`, in least squares.
     fn balance(&self, mut R: Vector6<f64>, x: &mut [f64]) {
         for i in 0..self.count {
-            x[i] = -self.Q[i].dot(&R) / self.square[i];
+            x[i] = -self.Q[i].dot(&R) * self.inverse[i];
             R += x[i] * self.Q[i];
         }
         for i in (0..self.count).rev() {
             x[i] -= (i + 1..self.count).map(|j| self.U[j][i] * x[j]).sum::<f64>();
         }
+    }
+}
+
+impl Wrenches {
+    /// The shortest `ξ` with `Wᵀ ξ = r`.
+    fn spread(&self, r: &[f64]) -> Vector6<f64> {
+        let (mut xi, mut y) = (Vector6::zeros(), [0.0; 6]);
+        for k in 0..self.count {
+            y[k] = r[k] - (0..k).map(|i| self.U[k][i] * y[i]).sum::<f64>();
+            xi += y[k] * self.inverse[k] * self.Q[k];
+        }
+        xi
     }
 }
 
@@ -126,7 +144,13 @@ impl TreeJoint {
             let own = &mechanism.tree().links()[link];
             let (frame, anchor) = (own.frame, own.joint.child.anchor);
             let first = mechanism.joint_rows(k).start;
-            Some(Self { link, frame, anchor, first, products, thread })
+            let forms = products.forms().iter().enumerate();
+            let own = forms.flat_map(|(k, form)| {
+                let own = form.terms().iter().filter(|term| term.offset / FRAME == frame);
+                own.map(move |term| (k, *term))
+            });
+            let own = own.collect();
+            Some(Self { link, frame, anchor, first, products, own, thread })
         };
         links.into_iter().enumerate().filter_map(joint).collect()
     }
@@ -143,15 +167,14 @@ impl TreeJoint {
         *values = self.products.values(q);
         // what the forms have of the frame: φ, a vector from the anchor on
         let mut parts = [(0.0, Vector3::zeros()); MOST];
-        for (form, (point, vector)) in self.products.forms().iter().zip(&mut parts) {
-            for term in form.terms().iter().filter(|term| term.offset / FRAME == self.frame) {
-                match term.offset % FRAME {
-                    0 => *point += term.coefficient,
-                    _ => *vector += term.coefficient * term.of(q),
-                }
+        for (form, term) in &self.own {
+            let (point, vector) = &mut parts[*form];
+            match term.offset == FRAME * self.frame {
+                true => *point += term.coefficient,
+                false => *vector += term.coefficient * term.of(q),
             }
-            *vector -= *point * arm;
         }
+        parts.iter_mut().for_each(|(point, vector)| *vector -= *point * arm);
         wrenches.count = 0;
         for ProductRow { scale, sides } in self.products.rows() {
             let mut wrench = Twist::zero();
@@ -220,6 +243,7 @@ impl JointNodes {
         Self {
             nodes: (0..nodes).map(|_| Node::new(mechanism, joints.len())).collect(),
             transmitted: Transmitted::none(mechanism),
+            twists: vec![Twist::zero(); mechanism.tree().links().len()],
             joints,
         }
     }
@@ -275,6 +299,36 @@ impl JointNodes {
         }
     }
 
+    /// `μ` of rigid bodies with `G_J μ = r` of the joints, at a node; shape `n`.
+    pub(super) fn spread(&mut self, tree: &Tree, node: usize, r: &[f64], mu: &mut [f64]) {
+        let Self { joints, nodes, twists, .. } = self;
+        let Node { q, joints: places } = &nodes[node];
+        twists.fill(Twist::zero());
+        for (joint, place) in joints.iter().zip(places) {
+            let xi = place.wrenches.spread(&r[joint.rows()]);
+            let (linear, angular): (Vector3<f64>, Vector3<f64>) =
+                (xi.fixed_rows::<3>(0).into(), xi.fixed_rows::<3>(3).into());
+            twists[joint.link] = Twist::new(linear - angular.cross(&place.arm), angular);
+        }
+        for (k, link) in tree.links().iter().enumerate() {
+            let at = FRAME * link.frame;
+            if let Some(parent) = link.parent {
+                let carrier = FRAME * tree.links()[parent].frame;
+                let arm = center(&q[at..]) - center(&q[carrier..]);
+                let Twist { linear, angular } = twists[parent];
+                twists[k].add_scaled(1.0, &Twist::new(linear + angular.cross(&arm), angular));
+            }
+            let Twist { linear, angular } = twists[k];
+            let frame = &q[at..at + FRAME];
+            let own = &mut mu[at..at + FRAME];
+            own[..3].copy_from_slice(linear.as_slice());
+            for i in 0..3 {
+                let rate = angular.cross(&director(frame, i));
+                own[3 + 3 * i..6 + 3 * i].copy_from_slice(rate.as_slice());
+            }
+        }
+    }
+
     /// `x_J` with `G(q)ᵀ x = c` at a node.
     ///
     /// # Errors
@@ -286,7 +340,7 @@ impl JointNodes {
         c: &[f64],
         x: &mut [f64],
     ) -> Result<(), Singular> {
-        let Self { joints, nodes, transmitted } = self;
+        let Self { joints, nodes, transmitted, .. } = self;
         nodes[node].stand(joints, q)?;
         nodes[node].solve(joints, transmitted, (mechanism, c), x);
         Ok(())
@@ -314,6 +368,11 @@ impl JointCostates {
     pub(super) fn balance(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
         self.joints.go_back();
         self.joints.balance(mechanism, (0, &s.q0), &mut self.start, &mut self.impulse)
+    }
+
+    /// `μ` of rigid bodies with `G_J μ = r` of the joints at `q_n`, where `h λ_J` was found.
+    pub(super) fn spread(&mut self, tree: &Tree, r: &[f64], mu: &mut [f64]) {
+        self.joints.spread(tree, 0, r, mu);
     }
 
     /// `a ← a + Σ h λ_i D²g_i(q_n) μ` of joints and bodies.

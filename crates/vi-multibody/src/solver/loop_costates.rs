@@ -5,7 +5,8 @@
 //! (J K⁻ᵀ J'ᵀ) σ = J K⁻ᵀ P(q_{n+1})ᵀ c          complement of the rows of closure
 //! Jᵀ h λ_c = P(q_n)ᵀ w                          their multipliers: w − G_cᵀ h λ_c balances along the tree
 //! ```
-//! `K⁻ᵀ` by the sweeps over the links, once for each independent row.
+//! `K⁻ᵀ` by the sweeps over the links, once for each independent row. Where impulses cost, `μ` is
+//! `P m` beside a motion `μ_J` that the costs of joints ask for, and `J m = r − G_c μ_J`.
 #![allow(non_snake_case)] // J
 
 use super::tree_step::workspace::Workspace;
@@ -13,12 +14,16 @@ use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::matrix::Spatial;
 use crate::geometry::one_tree::Held;
 use nalgebra::DMatrix;
+use vi_constraints::linearization::LinearizationError;
 use vi_core::dense::PivotedQr;
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, Singular, dot};
 
 /// Independent rows up to which each is eliminated on its own.
 pub(super) const MOST_ROWS: usize = 24;
+
+/// How far a row that depends on the others may be from holding, relative to its terms.
+const DEPENDENT: f64 = 1e-6;
 
 /// The rows of closure during a step backward.
 #[derive(Debug)]
@@ -32,6 +37,8 @@ pub(super) struct LoopCostates {
     free: Vec<f64>,        // d  K⁻ᵀ P(q_{n+1})ᵀ c
     balance: Vec<f64>,     // d  P(q_n)ᵀ w
     lambda: Vec<f64>,      // of the chosen ones  h λ_c
+    wanted: Vec<f64>,      // of all rows  J m
+    sizes: Vec<f64>,       // of all rows, of the terms of J m
     sigma: Vec<f64>,       // of the chosen ones
     square: DMatrix<f64>,
     lu: DenseLu,
@@ -53,6 +60,8 @@ impl LoopCostates {
             free: zeros.clone(),
             balance: zeros.clone(),
             lambda: vec![0.0; rank],
+            wanted: vec![0.0; count],
+            sizes: vec![0.0; count],
             sigma: vec![0.0; rank],
             square: DMatrix::zeros(rank, rank),
             lu: DenseLu::new(rank),
@@ -104,8 +113,50 @@ impl LoopCostates {
         Ok(())
     }
 
+    /// Nothing costs.
+    pub(super) fn want_nothing(&mut self) {
+        self.wanted.fill(0.0);
+        self.sizes.fill(0.0);
+    }
+
+    /// `J m = r − G_c(q_n) μ_J` from now on; `r` over all constraints, of which these are `places`.
+    pub(super) fn want(&mut self, q: &[f64], places: &[usize], r: &[f64], mu: &[f64]) {
+        let Self { rows, wanted, sizes, gradient, .. } = self;
+        for (((row, place), wanted), size) in rows.iter().zip(places).zip(wanted).zip(sizes) {
+            gradient.fill(0.0);
+            row.add_gradient(q, 1.0, gradient);
+            let terms = || gradient.iter().zip(mu).map(|(slope, mu)| slope * mu);
+            *wanted = r[*place] - terms().sum::<f64>();
+            *size = r[*place].abs() + terms().map(f64::abs).sum::<f64>();
+        }
+    }
+
+    /// Refuses costs of multipliers that are not determined: rows that depend on the others have to
+    /// hold as well for the solution `m`.
+    ///
+    /// # Errors
+    /// [`LinearizationError::Undetermined`].
+    pub(super) fn check(&self, places: &[usize], m: &[f64]) -> Result<(), LinearizationError> {
+        for &k in &self.qr.pivots()[self.rank..] {
+            let terms = || self.start[k].iter().zip(m).map(|(slope, m)| slope * m);
+            let size = self.sizes[k] + terms().map(f64::abs).sum::<f64>();
+            if (terms().sum::<f64>() - self.wanted[k]).abs() > DEPENDENT * size {
+                return Err(LinearizationError::Undetermined { row: places[k] });
+            }
+        }
+        Ok(())
+    }
+
+    /// `h λ_c` of all rows, numbered as they are in `places`.
+    pub(super) fn give_impulses(&self, places: &[usize], impulse: &mut [f64]) {
+        places.iter().for_each(|&place| impulse[place] = 0.0);
+        for (row, lambda) in self.qr.pivots().iter().zip(&self.lambda) {
+            impulse[places[*row]] = *lambda;
+        }
+    }
+
     /// Adds to the right-hand side `x` of the links what the rows of closure exert: the solution
-    /// then meets `J m = 0`.
+    /// then meets `J m = 0`, or what is wanted of it.
     ///
     /// # Errors
     /// [`Singular`].
@@ -115,7 +166,7 @@ impl LoopCostates {
         blocks: &[Spatial<Held>],
         x: &mut [f64],
     ) -> Result<(), Singular> {
-        let Self { rank, start, end, qr, solved, free, sigma, square, lu, rest, .. } = self;
+        let Self { rank, start, end, qr, solved, free, sigma, square, lu, rest, wanted, .. } = self;
         let chosen = &qr.pivots()[..*rank];
         let mut solve = |x: &mut [f64]| at.solve(blocks, rest, x).map_err(|_| Singular);
         free.copy_from_slice(x);
@@ -128,7 +179,7 @@ impl LoopCostates {
             for (j, solved) in solved.iter().enumerate() {
                 square[(i, j)] = dot(&start[*row], solved);
             }
-            sigma[i] = -dot(&start[*row], free);
+            sigma[i] = wanted[*row] - dot(&start[*row], free);
         }
         lu.solve(square, sigma)?;
         for (row, sigma) in chosen.iter().zip(sigma) {
@@ -137,21 +188,13 @@ impl LoopCostates {
         Ok(())
     }
 
-    /// Takes `G_c(q_{n+1})ᵀ σ` off `r`; writes `h λ_c` and `σ` of all rows, numbered as they are in
-    /// `places`.
-    pub(super) fn give(
-        &self,
-        s: &Interval,
-        places: &[usize],
-        r: &mut [f64],
-        [impulse, rows]: [&mut [f64]; 2],
-    ) {
-        places.iter().for_each(|&place| (impulse[place], rows[place]) = (0.0, 0.0));
-        let chosen = &self.qr.pivots()[..self.rank];
-        for ((row, lambda), sigma) in chosen.iter().zip(&self.lambda).zip(&self.sigma) {
+    /// Takes `G_c(q_{n+1})ᵀ σ` off `r`; writes `σ` of all rows, numbered as they are in `places`.
+    pub(super) fn give(&self, s: &Interval, places: &[usize], r: &mut [f64], rows: &mut [f64]) {
+        places.iter().for_each(|&place| rows[place] = 0.0);
+        for (row, sigma) in self.qr.pivots().iter().zip(&self.sigma) {
             let sigma = sigma / s.h; // the links are solved with −h K
             self.rows[*row].add_gradient(&s.q1, -sigma, r);
-            (impulse[places[*row]], rows[places[*row]]) = (*lambda, sigma);
+            rows[places[*row]] = sigma;
         }
     }
 

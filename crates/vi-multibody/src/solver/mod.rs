@@ -1,5 +1,6 @@
 //! Operators of the Newton step for each topology, and the choice among them.
 
+mod along_unknowns;
 mod beside;
 mod body_blocks;
 mod chord;

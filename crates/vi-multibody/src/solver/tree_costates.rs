@@ -10,7 +10,14 @@
 //! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), or costates
 //! of joints are wanted ([`JointCostates`]), multipliers need the whole balance: `p̄` is held, and
 //! the change of the gradients at `q_{n+1}` is a part of `c`.
+//!
+//! Where impulses of constraints cost, `G μ = r` with `r = −∂J/∂(h λ)`:
+//! ```text
+//! μ = μ_J + P m,   G_J μ_J = r_J           K ᵀ m = P(q_{n+1})ᵀ (c − Aᵀ μ_J),   J m = r_c − G_c μ_J
+//! ```
+//! with any motion `μ_J` of rigid bodies; `m` and all that follows from `μ` are otherwise the same.
 
+use super::along_unknowns::{Along, transposed};
 use super::joint_costates::JointCostates;
 use super::loop_costates::{LoopCostates, MOST_ROWS};
 use super::tree_step::body_forces::BodyForces;
@@ -19,14 +26,14 @@ use super::tree_step::workspace::Workspace;
 use crate::mechanism::Mechanism;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, ImpulseCost, PartVisitor, Tangents};
 use vi_constraints::design::{Costates, Place};
-use vi_constraints::linearization::Costate;
+use vi_constraints::linearization::{Costate, LinearizationError};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::coordinate_force::{AlongUnknown, SignedUnknown};
+use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::{Interval, Slot};
 use vi_core::linear::Singular;
-use vi_core::sparse::{Block, Entries, Product};
+use vi_core::sparse::{Block, Entries};
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 
 /// The costates of trees that [`super::tree_step::TreeStep`] applies to, `O(N)`; of closed loops on
@@ -45,38 +52,9 @@ pub(in crate::solver) struct TreeCostates {
     momentum: Vec<f64>,     // n  b'
     rest: Vec<f64>,         // d  u = 0
     m: Vec<f64>,            // d
+    moved: Vec<f64>,        // n  μ_J
+    wanted: Vec<f64>,       // of the constraints  r
     none: Vec<f64>,         // of the constraints
-}
-
-/// What acts along an unknown.
-#[derive(Clone, Copy, Debug)]
-struct Along {
-    unknown: SignedUnknown,
-    link: usize,
-    impulse: f64,    // (h/2) τ
-    beta: f64,       // ∇θ(q_{n+1})·b'
-    slope: [f64; 2], // κ_1, κ_2
-}
-
-impl Along {
-    fn of(own: AlongUnknown<'_>, at: &Workspace) -> Self {
-        let unknown = own.unknown;
-        let link = at.links.partition_point(|link| link.unknown <= unknown.index) - 1;
-        Self { unknown, link, impulse: 0.0, beta: 0.0, slope: [0.0; 2] }
-    }
-}
-
-/// `out ← out + Eᵀ v` of what else acts: `D_by` of its part of the equation of an end.
-fn transposed(
-    system: &SeparableSystem,
-    s: &Interval,
-    [of, by]: [Slot; 2],
-    v: &[f64],
-    out: &mut [f64],
-) {
-    let into = &mut Product { v, out };
-    let mut into = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-    system.beside_unknowns_slope(s, of, by, &mut into);
 }
 
 impl TreeCostates {
@@ -117,6 +95,8 @@ impl TreeCostates {
             momentum: vec![0.0; n],
             rest: vec![0.0; d],
             m: vec![0.0; d],
+            moved: vec![0.0; n],
+            wanted: vec![0.0; mechanism.len()],
             none: vec![0.0; mechanism.len()],
         })
     }
@@ -148,7 +128,7 @@ impl TreeCostates {
             let slopes = own.force.slopes(s.t_mid(), mean, difference / s.h);
             along.slope = Slot::BOTH.map(|node| slopes.by_node(s.h, node));
             let SignedUnknown { index, sign } = along.unknown;
-            m[index] += sign * along.slope[1] * along.beta;
+            m[index] += sign * along.slope[1] * (along.beta - along.moved);
             at.column_mut(along.link, index).slope -= s.h * along.slope[1];
         }
     }
@@ -156,7 +136,7 @@ impl TreeCostates {
     /// Their part of `a`, and `β` for the step before.
     fn give_efforts(&mut self, system: &SeparableSystem, s: &Interval, a: &mut [f64]) {
         for (along, own) in self.along.iter_mut().zip(system.along_unknowns()) {
-            let work = along.unknown.sign * self.m[along.unknown.index];
+            let work = along.work(&self.m);
             if along.slope[0] != 0.0 {
                 own.force.add_gradient(&s.q0, along.slope[0] * (along.beta - work), a);
             }
@@ -200,7 +180,35 @@ impl TreeCostates {
         for (along, own) in along.iter().zip(system.along_unknowns()) {
             own.force.add_gradient(&s.q0, along.impulse, &mut joints.start);
         }
+        if let Some(loops) = &self.loops {
+            loops.give_impulses(&joints.closures, &mut joints.impulse);
+        }
         joints.balance(mechanism, s)
+    }
+
+    /// `μ_J` of what impulses cost; 0 where they do not.
+    fn take_costs(
+        &mut self,
+        system: &SeparableSystem,
+        s: &Interval,
+        cost: Option<&mut ImpulseCost<'_>>,
+    ) {
+        let Self { joints, loops, along, moved, wanted, tree, .. } = self;
+        along.iter_mut().for_each(|along| along.moved = 0.0);
+        if let Some(loops) = loops {
+            loops.want_nothing();
+        }
+        let (Some(joints), Some(cost)) = (joints, cost) else { return };
+        wanted.fill(0.0);
+        cost(&joints.impulse, wanted);
+        wanted.iter_mut().for_each(|r| *r = -*r);
+        joints.spread(tree, wanted, moved);
+        for (along, own) in along.iter_mut().zip(system.along_unknowns()) {
+            along.moved = own.force.rate(&s.q0, moved);
+        }
+        if let Some(loops) = loops {
+            loops.want(&s.q0, &joints.closures, wanted, moved);
+        }
     }
 
     /// The curvature of joints and of what acts along unknowns in `a`; `σ` of all rows.
@@ -221,13 +229,13 @@ impl TreeCostates {
             transposed(system, s, Slot::BOTH, b, r);
         }
         for (along, own) in along.iter().zip(system.along_unknowns()) {
-            let work = along.unknown.sign * m[along.unknown.index];
+            let work = along.work(m);
             own.force.add_bend(&s.q0, b, along.impulse, a);
             own.force.add_gradient(&s.q1, along.slope[1] * (along.beta - work), r);
         }
         if let Some(loops) = loops {
-            let JointCostates { closures, end, impulse, rows, .. } = joints;
-            loops.give(s, closures, end, [impulse, rows]);
+            let JointCostates { closures, end, rows, .. } = joints;
+            loops.give(s, closures, end, rows);
         }
         joints.press(mechanism, s)
     }
@@ -236,6 +244,86 @@ impl TreeCostates {
     fn add_free(&self, system: &SeparableSystem, s: &Interval, of: Slot, out: &mut [f64]) {
         system.inertia().mul_add(of.sign() / s.h, &s.dq, out);
         out.iter_mut().zip(&self.weight).for_each(|(out, w)| *out += 0.5 * s.h * w);
+    }
+
+    /// `c − Aᵀ μ_J`, but for what acts along unknowns; `b` takes `μ_J` for the inertia.
+    fn add_moved(&mut self, system: &SeparableSystem, s: &Interval, [a, b]: [&mut [f64]; 2]) {
+        let Self { moved, mu, other, .. } = self;
+        if other.is_some() {
+            mu.iter_mut().zip(&*moved).for_each(|(mu, moved)| *mu = -moved);
+            transposed(system, s, Slot::BOTH, mu, a);
+        }
+        b.iter_mut().zip(moved).for_each(|(b, moved)| *b += *moved);
+    }
+
+    /// [`CostateSweep::pull`], or [`CostateSweep::pull_with`] where impulses cost.
+    fn pull_costing(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        (points, p): (&[Interval], &[f64]),
+        Costate { q: a, p: b, .. }: &mut Costate,
+        cost: Option<&mut ImpulseCost<'_>>,
+    ) -> Result<(), LinearizationError> {
+        let ([s], costs) = (points, cost.is_some()) else { return Err(Singular.into()) };
+        self.momentum.copy_from_slice(b);
+        if self.holds_efforts() {
+            self.hold_efforts(system, s, [a, b]);
+        }
+        self.take_balance(system, s, p)?;
+        self.take_joints(system, mechanism, s)?;
+        self.take_costs(system, s, cost);
+        if let Some(other) = &mut self.other {
+            transposed(system, s, [Slot::Second; 2], b, a);
+            let emit = |into: &mut dyn Entries| {
+                let (row, column, scale) = (0, 0, 1.0);
+                let mut into = Block { into, row, column, scale, transposed: true };
+                system.beside_unknowns_slope(s, Slot::First, Slot::Second, &mut into);
+            };
+            other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
+        }
+        if let Some(joints) = &mut self.joints {
+            joints.end.copy_from_slice(a);
+        }
+        if costs {
+            self.add_moved(system, s, [a, b]);
+        }
+        self.at.weigh(s, a, b, &mut self.m); // P(q_{n+1})ᵀ c
+        self.take_efforts(system, s);
+        let Self { at, loops, joints, other, w, m, mu, rest, moved, .. } = self;
+        m.iter_mut().for_each(|m| *m *= -s.h);
+        let blocks = other.as_ref().map_or(&[][..], |other| &other.blocks);
+        if let Some(loops) = loops {
+            loops.constrain(at, blocks, m)?;
+        }
+        at.solve(blocks, rest, m).map_err(|_| Singular)?;
+        if !m.iter().all(|m| m.is_finite()) {
+            return Err(Singular.into());
+        }
+        if joints.is_some() {
+            w.fill(0.0); // the curvature is that of their rows, not of P
+        }
+        at.pull(s, (w, m), [a, b, mu]);
+        if costs {
+            let all = b.iter_mut().zip(mu).zip(moved);
+            all.for_each(|((b, mu), moved)| (*b, *mu) = (*b - *moved, *mu + *moved));
+        }
+        if let Some(joints) = joints {
+            joints.end.iter_mut().zip(&*a).for_each(|(r, a)| *r -= a); // + (M/h)(b' + μ)
+        }
+        if let Some(loops) = loops {
+            if let Some(joints) = joints.as_ref().filter(|_| costs) {
+                loops.check(&joints.closures, m)?;
+            }
+            loops.bend(&s.q0, b, a);
+        }
+        if self.other.is_some() {
+            transposed(system, s, [Slot::Second, Slot::First], &self.momentum, a);
+            transposed(system, s, [Slot::First; 2], b, a);
+        }
+        self.give_joints(system, mechanism, s, [a, b])?;
+        self.give_efforts(system, s, a);
+        Ok(())
     }
 }
 
@@ -267,55 +355,23 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        let [s] = points else { return Err(Singular) };
-        let Costate { q: a, p: b, .. } = costate;
-        self.momentum.copy_from_slice(b);
-        if self.holds_efforts() {
-            self.hold_efforts(system, s, [a, b]);
-        }
-        self.take_balance(system, s, p)?;
-        self.take_joints(system, mechanism, s)?;
-        if let Some(other) = &mut self.other {
-            transposed(system, s, [Slot::Second; 2], b, a);
-            let emit = |into: &mut dyn Entries| {
-                let (row, column, scale) = (0, 0, 1.0);
-                let mut into = Block { into, row, column, scale, transposed: true };
-                system.beside_unknowns_slope(s, Slot::First, Slot::Second, &mut into);
-            };
-            other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
-        }
-        if let Some(joints) = &mut self.joints {
-            joints.end.copy_from_slice(a);
-        }
-        self.at.weigh(s, a, b, &mut self.m); // P(q_{n+1})ᵀ c
-        self.take_efforts(system, s);
-        let Self { at, loops, joints, other, w, m, mu, rest, .. } = self;
-        m.iter_mut().for_each(|m| *m *= -s.h);
-        let blocks = other.as_ref().map_or(&[][..], |other| &other.blocks);
-        if let Some(loops) = loops {
-            loops.constrain(at, blocks, m)?;
-        }
-        at.solve(blocks, rest, m).map_err(|_| Singular)?;
-        if !m.iter().all(|m| m.is_finite()) {
-            return Err(Singular);
-        }
-        if joints.is_some() {
-            w.fill(0.0); // the curvature is that of their rows, not of P
-        }
-        at.pull(s, (w, m), [a, b, mu]);
-        if let Some(joints) = joints {
-            joints.end.iter_mut().zip(&*a).for_each(|(r, a)| *r -= a); // + (M/h)(b' + μ)
-        }
-        if let Some(loops) = loops {
-            loops.bend(&s.q0, b, a);
-        }
-        if self.other.is_some() {
-            transposed(system, s, [Slot::Second, Slot::First], &self.momentum, a);
-            transposed(system, s, [Slot::First; 2], b, a);
-        }
-        self.give_joints(system, mechanism, s, [a, b])?;
-        self.give_efforts(system, s, a);
-        Ok(())
+        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        pulled.map_err(|_| Singular) // no multipliers are asked for
+    }
+
+    fn takes_impulses(&self) -> bool {
+        self.joints.is_some()
+    }
+
+    fn pull_with(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        step: (&[Interval], &[f64]),
+        costate: &mut Costate,
+        cost: &mut ImpulseCost<'_>,
+    ) -> Result<(), LinearizationError> {
+        self.pull_costing(system, mechanism, step, costate, Some(cost))
     }
 
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {

@@ -56,7 +56,7 @@ impl GalerkinTangent {
             column.p.copy_from_slice(tangents.dp.column(k).as_slice());
             step.push(system, constraints, column).map_err(|error| match error {
                 LinearizationError::Singular(singular) => singular,
-                LinearizationError::Opens { .. } => Singular, // nothing has sources
+                _ => Singular, // nothing has sources
             })?;
             tangents.dq.column_mut(k).copy_from_slice(&column.q);
             tangents.dp.column_mut(k).copy_from_slice(&column.p);
