@@ -91,7 +91,7 @@ impl Search<'_> {
             && start[SIDE] > self.tie
         {
             let at = |when: usize| in_space(self.frames[when], point);
-            let [from, to] = [0, 1].map(|when| self.solid[when].from_axis(&at(when)));
+            let [from, to] = [0, 1].map(|when| self.solid[when].across(&at(when)));
             let way = to - from;
             // |from + t way| = R
             let (a, b, c) =

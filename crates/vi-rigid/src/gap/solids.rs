@@ -138,7 +138,7 @@ impl Solid {
     }
 
     /// From the axis of a cylinder to a point; zero of a box.
-    pub(super) fn from_axis(&self, x: &Vector3<f64>) -> Vector3<f64> {
+    pub(super) fn across(&self, x: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Box(..) => Vector3::zeros(),
             Self::Cylinder(center, axis, ..) => {
