@@ -179,7 +179,8 @@ impl Model {
         })
     }
 
-    /// A mesh whose corners are farther apart than what it touches is thick: the first of its pairs.
+    /// A mesh whose corners are farther apart than what it touches is thick: the first of its
+    /// pairs.
     fn coarse_mesh<'a>(&'a self, contact: &'a Contact) -> Option<String> {
         let axes = Matrix3::identity();
         let mut known = BTreeMap::new();

@@ -192,8 +192,8 @@ fn is_driven(model: &Model) -> bool {
 }
 
 /// By how much the energy is above that of the start at most, relative to the largest kinetic
-/// energy, with that of a fall by 1 mm. No gain is what a body at rest on a support has at its first
-/// node, `m (h a)²/8` (docs/theory.md, 2.20).
+/// energy, with that of a fall by 1 mm. No gain is what a body at rest on a support has at its
+/// first node, `m (h a)²/8` (docs/theory.md, 2.20).
 fn gained(model: &Model, found: &Trace) -> f64 {
     let Some(first) = found.samples.first() else { return 0.0 };
     let kinetic = found.samples.iter().filter_map(|own| own.energies.first().copied());

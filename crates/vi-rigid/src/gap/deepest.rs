@@ -1,9 +1,10 @@
 //! Of many points that may touch, those that count.
 //!
 //! At most [`MOST`]: the deepest one, then the deepest of those that are not next to one that
-//! counts. Where more than so many are as deep as the deepest, as those of a flat face, the farthest
-//! of them along so many directions count first, which hold what lies between them. The least gap
-//! is always that of a point that counts: one that is left out counts where it becomes the deepest.
+//! counts. Where more than so many are as deep as the deepest, as those of a flat face, the
+//! farthest of them along so many directions count first, which hold what lies between them. The
+//! least gap is always that of a point that counts: one that is left out counts where it becomes
+//! the deepest.
 
 use nalgebra::Vector3;
 
