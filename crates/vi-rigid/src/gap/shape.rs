@@ -1,9 +1,6 @@
 //! Shapes that touch.
 
-use super::box_box::Place;
-use super::solids::Solid;
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Number;
 
 /// A shape in the components of its frame, lengths in m.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,14 +110,6 @@ impl ContactShape {
                 let half = 0.5 * (ends[1] - ends[0]).norm();
                 Some((0.5 * (ends[0] + ends[1]), libm::hypot(half, *radius)))
             }
-        }
-    }
-
-    /// A box on a frame; `None` of other shapes.
-    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>> {
-        match Solid::in_space(self, frame)? {
-            Solid::Box(center, axes, half) => Some((center, axes, half)),
-            Solid::Cylinder(..) => None,
         }
     }
 }
