@@ -41,6 +41,19 @@ fn random_mechanisms_keep_what_their_schemes_promise() {
     assert!(tally.restated.count > 5, "{}", tally.restated.count);
 }
 
+/// Bodies of all shapes that touch: gaps hold, momenta of what is free are kept, contact gives no
+/// energy, runs continue to the bit.
+#[test]
+fn bodies_that_touch_keep_what_contact_promises() {
+    let words = ["--count", "56", "--seed", "3", "--jobs", "2", "--touching"];
+    let tally = soak::soak(&soak::SoakRequest::parse(&words).unwrap(), &|_| {});
+    println!("{}", soak::words(&tally));
+    assert!(tally.faults.is_empty(), "{:?}", tally.faults);
+    let ended_early = SoakTally::count(&tally.refused) + SoakTally::count(&tally.failed);
+    assert!(ended_early * 10 < tally.mechanisms, "{ended_early} of {}", tally.mechanisms);
+    assert!(tally.restarted > 10 && tally.gain.count > 40 && tally.momentum.count > 4);
+}
+
 /// Mechanisms in which a million found a fault: two whose momentum maps changed; two beams with the
 /// trapezoidal rule in steps beyond its stability limit, one at rest, so that rounding grows by a
 /// factor of 3.7 in each, and one that folds; two mechanisms that are locked at a dead position,

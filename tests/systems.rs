@@ -92,6 +92,7 @@ mod model {
     mod box_contacts;
     mod bushing_laws;
     mod contact_laws;
+    mod contact_wiring;
     mod contacts;
     mod cylinder_contacts;
     mod events;
@@ -107,13 +108,16 @@ mod model {
     pub(crate) mod keys;
     mod law_tables;
     mod laws;
+    mod mesh_contacts;
     mod model_file;
     mod overlaps;
     mod parameters;
     mod random_contacts;
     mod relative_frames;
     mod sensed;
+    mod shape_runs;
     mod shipped_models;
+    mod signal_states;
     mod signals;
     mod slips;
     mod time_functions;
@@ -138,6 +142,7 @@ mod robust {
     mod hostile_starts;
     mod hostile_steps;
     mod large_systems;
+    mod shape_allocation;
 }
 
 /// A file that no binary lists would not be compiled.

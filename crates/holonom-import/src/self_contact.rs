@@ -6,11 +6,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use holonom_model::contact_pairs::may_touch;
 use holonom_model::{Body, BodyNames, Contact, ContactSide};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::directors::set_frame;
-use vi_rigid::gap::{ContactShape, Pair};
+use vi_rigid::gap::{ContactShape, Pair, has_gap};
 
 use crate::drafter::Drafter;
 use crate::massless::some;
@@ -91,7 +90,7 @@ impl Drafter<'_> {
             let names = || format!("{} and {}", a.name, b.name);
             let all =
                 [a, b].iter().zip(&shapes).all(|(a, own)| own.len() == a.contact_shapes().len());
-            if !all || !both().all(|(a, b)| may_touch(a, b)) {
+            if !all || !both().all(|(a, b)| has_gap(a, b)) {
                 unavailable.push(names());
             } else if both().any(|(of_a, of_b)| overlap((a, of_a), (b, of_b))) {
                 overlapping.push(names());

@@ -3,10 +3,10 @@
 //! Of a `[[contact]]` these are all pairs of a body of `a`, or its plane, with a body of `b`, each
 //! once, without those of which neither moves, and without bodies that share a joint.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::{ContactShape, has_gap};
+use vi_rigid::gap::ContactShape;
 
 use crate::types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide};
 use crate::types::orientation::rotation_of;
@@ -42,17 +42,6 @@ impl<'a> SideOfPair<'a> {
             Self::Body(body) => &body.name,
         }
     }
-}
-
-/// Whether there is contact by impulses between two shapes. Where a corner of a mesh lies on an
-/// edge of another body, which of its faces it touches is a matter of rounding: they do not.
-#[must_use]
-pub fn may_touch(a: &ContactShape, b: &ContactShape) -> bool {
-    let is_mesh = |shape: &ContactShape| matches!(shape, ContactShape::Points { .. });
-    let is_edged =
-        |shape: &ContactShape| is_mesh(shape) || matches!(shape, ContactShape::Box { .. });
-    let have_corners = is_edged(a) && is_edged(b) && (is_mesh(a) || is_mesh(b));
-    has_gap(a, b) && !have_corners
 }
 
 impl ContactPlane {
@@ -146,9 +135,8 @@ impl Model {
                     ));
                 }
             });
-            if let Some(remark) = self.unresolved(contact) {
-                remarks.push(remark);
-            }
+            remarks.extend(self.unresolved(contact));
+            remarks.extend(self.coarse_mesh(contact));
             if contact.friction > STRANGE {
                 remarks.push(format!(
                     "the friction of contact `{}` is {}: coefficients of dry friction are seldom above 1",
@@ -191,6 +179,50 @@ impl Model {
         })
     }
 
+    /// A mesh whose corners are farther apart than what it touches is thick: the first of its
+    /// pairs.
+    fn coarse_mesh<'a>(&'a self, contact: &'a Contact) -> Option<String> {
+        let axes = Matrix3::identity();
+        let mut known = BTreeMap::new();
+        let mut sizes = |body: &'a Body| {
+            *known.entry(&body.name).or_insert_with(|| {
+                let thick = self
+                    .contact_shapes(body, &axes)
+                    .iter()
+                    .filter_map(thickness)
+                    .fold(f64::INFINITY, f64::min);
+                (self.widest_triangle(body), thick)
+            })
+        };
+        let pairs = self.pairs_of(contact, &mut |_| {});
+        pairs.into_iter().find_map(|ContactPair { a, b, .. }| {
+            let SideOfPair::Body(a) = a else { return None };
+            let (of_a, of_b) = (sizes(a), sizes(b));
+            let passes = |(wide, _): (f64, f64), (_, thick): (f64, f64)| wide > thick;
+            let (mesh, other, wide, thick) = match (passes(of_a, of_b), passes(of_b, of_a)) {
+                (true, _) => (a, b, of_a.0, of_b.1),
+                (_, true) => (b, a, of_b.0, of_a.1),
+                _ => return None,
+            };
+            Some(format!(
+                "corners of the mesh of `{}` are up to {wide:.3} m apart, and `{}` is {thick:.3} m thick: a mesh touches with its corners, and what is between them passes; refine it, or state boxes or capsules as `collision`",
+                mesh.name, other.name
+            ))
+        })
+    }
+
+    /// The longest side of a triangle of the meshes with which a body touches, m; 0 without.
+    fn widest_triangle(&self, body: &Body) -> f64 {
+        let meshes = body.contact_shapes().iter().filter_map(|shape| {
+            Some(BodySurface::new(self.meshes.get(shape.file.as_deref()?)?, shape))
+        });
+        meshes.fold(0.0, |widest, BodySurface { corners, triangles }| {
+            let side = |i: u32, j: u32| (corners[i as usize] - corners[j as usize]).norm();
+            let of = |[i, j, k]: &[u32; 3]| side(*i, *j).max(side(*j, *k)).max(side(*k, *i));
+            triangles.iter().map(of).fold(widest, f64::max)
+        })
+    }
+
     fn shared_joints(&self) -> BTreeSet<[&str; 2]> {
         let joints = self.joints.iter().map(|joint| [joint.parent.as_str(), joint.child.as_str()]);
         let released = self.released.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
@@ -207,6 +239,19 @@ impl Model {
             shape.contact_shape(axes, corners.unwrap_or_default())
         };
         body.contact_shapes().iter().filter_map(own).collect()
+    }
+}
+
+/// How thick a shape is where it is thinnest, m; of planes and meshes `None`.
+fn thickness(shape: &ContactShape) -> Option<f64> {
+    match shape {
+        ContactShape::Plane { .. } | ContactShape::Points { .. } => None,
+        ContactShape::Capsule { radius, .. } => Some(2.0 * radius),
+        ContactShape::Ellipsoid { half_axes, .. } => Some(2.0 * half_axes.min()),
+        ContactShape::Box { half_lengths, .. } => Some(2.0 * half_lengths.min()),
+        ContactShape::Cylinder { ends, radius } => {
+            Some((2.0 * radius).min((ends[1] - ends[0]).norm()))
+        }
     }
 }
 

@@ -20,11 +20,15 @@ pub type FuzzTallies = BTreeMap<String, FuzzTally>;
 
 pub(crate) fn page(
     soak: &Stored<SoakTally>,
+    touching: Option<&Stored<SoakTally>>,
     fuzz: &Stored<FuzzTallies>,
     interrupt: &Stored<InterruptTallies>,
 ) -> String {
     let mut out = format!("# Reliability\n\n{HEAD}");
     mechanisms(&mut out, soak);
+    if let Some(touching) = touching {
+        bodies_that_touch(&mut out, touching);
+    }
     inputs(&mut out, fuzz);
     large_inputs(&mut out);
     runs(&mut out, interrupt);
@@ -51,28 +55,14 @@ fn percent(part: u64, of: u64) -> String {
 }
 
 fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
-    let (refused, failed) = (SoakTally::count(&found.refused), SoakTally::count(&found.failed));
-    let of = found.mechanisms;
     let _ = write!(
         out,
         "\n## Mechanisms\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs,\n\
          redundant joints, point masses on bars, beams; springs, dampers, motors, loads, gear constraints, prescribed motions;\n\
-         all schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n\
-         | | mechanisms | |\n|---|---|---|\n\
-         | reached the last step | {} | {} |\n| refused as a model | {} | {} |\n| a step refused | {} | {} |\n\
-         | with a fault | {} | |\n| continued from a stored state, bit for bit | {} | |\n",
-        grouped(of),
-        grouped(found.done),
-        percent(found.done, of),
-        grouped(refused),
-        percent(refused, of),
-        grouped(failed),
-        percent(failed, of),
-        grouped(found.faults.len() as u64),
-        grouped(found.restarted),
+         all schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n",
+        grouped(found.mechanisms),
     );
-    out.push_str("\n| largest, relative to the terms that cancel | measured on | found | bound | mechanism |\n");
-    out.push_str("|---|---|---|---|---|\n");
+    endings(out, found);
     let rows = [
         ("constraint residual", found.residual, bounds::RESIDUAL),
         ("change of a momentum map of a free system", found.momentum, bounds::MOMENTUM),
@@ -84,12 +74,60 @@ fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
             bounds::RESTATED,
         ),
     ];
-    for (what, WorstMechanism { count, value, index }, bound) in rows {
-        let _ =
-            writeln!(out, "| {what} | {} | {value:.1e} | {bound:.0e} | {index} |", grouped(count));
-    }
+    largest(out, &rows);
     reasons(out, "Refused models", &found.refused);
     reasons(out, "Refused steps", &found.failed);
+}
+
+fn bodies_that_touch(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
+    let _ = write!(
+        out,
+        "\n## Bodies that touch\n\n{} random mechanisms, seed {seed}, 40 steps each (`cargo xtask soak --touching`): spheres, capsules, cylinders, boxes and meshes,\n\
+         one or two on a body, free or on joints with stops and dry friction, on a plane, on a body that is fixed, on planes of bodies that move, or in free flight;\n\
+         next to each other in any attitude or flush; all laws of impact, `events` and `stepping`, steps from 1e-5 s to 5e-3 s. Gaps and stops are passed by less\n\
+         than {:.0e} m or rad.\n\n",
+        grouped(found.mechanisms),
+        bounds::GAP,
+    );
+    endings(out, found);
+    let rows = [
+        ("constraint residual", found.residual, bounds::RESIDUAL),
+        ("change of a momentum map of a free system", found.momentum, bounds::MOMENTUM),
+        ("energy gained where nothing drives", found.gain, bounds::GAIN),
+    ];
+    largest(out, &rows);
+    reasons(out, "Refused models", &found.refused);
+    reasons(out, "Refused steps", &found.failed);
+}
+
+/// How mechanisms ended.
+fn endings(out: &mut String, found: &SoakTally) {
+    let (refused, failed) = (SoakTally::count(&found.refused), SoakTally::count(&found.failed));
+    let of = found.mechanisms;
+    let _ = write!(
+        out,
+        "| | mechanisms | |\n|---|---|---|\n\
+         | reached the last step | {} | {} |\n| refused as a model | {} | {} |\n| a step refused | {} | {} |\n\
+         | with a fault | {} | |\n| continued from a stored state, bit for bit | {} | |\n",
+        grouped(found.done),
+        percent(found.done, of),
+        grouped(refused),
+        percent(refused, of),
+        grouped(failed),
+        percent(failed, of),
+        grouped(found.faults.len() as u64),
+        grouped(found.restarted),
+    );
+}
+
+/// The largest numbers with their bounds.
+fn largest(out: &mut String, rows: &[(&str, WorstMechanism, f64)]) {
+    out.push_str("\n| largest, relative to the terms that cancel | measured on | found | bound | mechanism |\n");
+    out.push_str("|---|---|---|---|---|\n");
+    for (what, WorstMechanism { count, value, index }, bound) in rows {
+        let _ =
+            writeln!(out, "| {what} | {} | {value:.1e} | {bound:.0e} | {index} |", grouped(*count));
+    }
 }
 
 fn reasons(out: &mut String, title: &str, reasons: &BTreeMap<String, Reason>) {

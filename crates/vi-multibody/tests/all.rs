@@ -22,6 +22,7 @@ mod joint_coordinates;
 mod joint_efforts;
 mod loaded_trees;
 mod loop_step;
+mod mesh_contacts;
 mod moving_tree;
 mod near_couplings;
 mod node_laws;

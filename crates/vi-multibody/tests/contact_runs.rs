@@ -36,3 +36,15 @@ pub(crate) fn box_shape(half_lengths: [f64; 3]) -> ContactShape {
         half_lengths,
     }
 }
+
+/// How far a run moves in steps, m.
+pub(crate) fn moved(run: &mut MechanismIntegrator, steps: usize) -> f64 {
+    let start = run.state().q.clone();
+    let mut worst = 0.0_f64;
+    for step in 0..steps {
+        run.step().unwrap_or_else(|error| panic!("step {step}: {error}"));
+        let off = run.state().q.iter().zip(&start).map(|(a, b)| (a - b).abs());
+        worst = worst.max(off.fold(0.0, f64::max));
+    }
+    worst
+}

@@ -1,11 +1,10 @@
 //! Cylinders on cylinders, boxes and capsules: what rests stays, a heap does not overlap.
 
-use crate::contact_runs::{G, box_shape, coulomb, run_by};
+use crate::contact_runs::{G, box_shape, coulomb, moved, run_by};
 use nalgebra::Vector3;
 use vi_constraints::nonsmooth::Method;
 use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
-use vi_multibody::run::MechanismIntegrator;
 use vi_rigid::gap::ContactShape;
 
 fn along(axis: Vector3<f64>, half: f64) -> [Vector3<f64>; 2] {
@@ -22,18 +21,6 @@ fn can(half: f64, radius: f64) -> ContactShape {
 
 fn pill(half: f64, radius: f64) -> ContactShape {
     ContactShape::Capsule { ends: along(Vector3::x(), half), radius }
-}
-
-/// How far a run moves in steps, m.
-fn moved(run: &mut MechanismIntegrator, steps: usize) -> f64 {
-    let start = run.state().q.clone();
-    let mut worst = 0.0_f64;
-    for step in 0..steps {
-        run.step().unwrap_or_else(|error| panic!("step {step}: {error}"));
-        let off = run.state().q.iter().zip(&start).map(|(a, b)| (a - b).abs());
-        worst = worst.max(off.fold(0.0, f64::max));
-    }
-    worst
 }
 
 /// One body on what is fixed: it rests to rounding errors, on a level and on a slope that friction

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_rigid::gap::{ContactShape, is_smooth};
+use vi_rigid::gap::{ContactShape, has_gap, is_smooth};
 
 use crate::checks::Checker;
-use crate::contact_pairs::{ContactPair, SideOfPair, may_touch};
+use crate::contact_pairs::{ContactPair, SideOfPair};
 use crate::frames::start::is_ground;
 use crate::types::contact::{BodyNames, Contact, ContactPlane, ContactSide};
 use crate::{Body, GROUND, Impact, Overlap, Shape};
@@ -15,7 +15,7 @@ use crate::{Body, GROUND, Impact, Overlap, Shape};
 const MAX_PAIRS: usize = 100_000;
 
 /// Shapes between which there is contact, in words.
-pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres, capsules, boxes and cylinders touch one another; corners of meshes touch spheres and capsules: state such shapes as `collision`";
+pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres, capsules, boxes and cylinders touch one another and corners of meshes: state such shapes as `collision`";
 
 /// Shapes between which there is compliant contact, in words.
 const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";
@@ -242,11 +242,11 @@ fn unavailable(pair: &ContactPair<'_>) -> Option<[String; 2]> {
         SideOfPair::Body(body) => shapes_with_words(body.contact_shapes()),
     };
     let b = shapes_with_words(pair.b.contact_shapes());
-    first_apart([&a, &b], if pair.contact.is_rigid() { may_touch } else { is_smooth })
+    first_apart([&a, &b], if pair.contact.is_rigid() { has_gap } else { is_smooth })
 }
 
 /// Shapes of two bodies between which there is no gap.
 pub(super) fn without_gap(a: &Body, b: &Body) -> Option<[String; 2]> {
     let [a, b] = [a, b].map(|body| shapes_with_words(body.contact_shapes()));
-    first_apart([&a, &b], may_touch)
+    first_apart([&a, &b], has_gap)
 }

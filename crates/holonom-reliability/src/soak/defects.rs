@@ -19,6 +19,8 @@ pub enum SoakDefect {
     Constraint,
     /// Contacts are passed by 1e-8.
     Gap,
+    /// Contacts give a tenth of the energy.
+    Gain,
     /// Residuals are reported as zero.
     Report,
     /// Momentum grows by 1e-9 of its value in a run.
@@ -53,11 +55,12 @@ pub enum SoakDefect {
 
 impl SoakDefect {
     /// All.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Panic,
         Self::NotFinite,
         Self::Constraint,
         Self::Gap,
+        Self::Gain,
         Self::Report,
         Self::Momentum,
         Self::Energy,
@@ -85,6 +88,7 @@ impl SoakDefect {
                 "constraints are not enforced: coordinates are off by 1e-9 of their value"
             }
             Self::Gap => "contacts and stops are passed by 1e-8",
+            Self::Gain => "contacts give a tenth of the energy",
             Self::Report => "residuals are reported as zero",
             Self::Momentum => "momenta grow by 1e-9 of their value",
             Self::Energy => "the energy grows by 1e-7 of its value",
@@ -111,6 +115,7 @@ impl SoakDefect {
             Self::NotFinite => FaultKind::NotFinite,
             Self::Constraint => FaultKind::Residual,
             Self::Gap => FaultKind::Gap,
+            Self::Gain => FaultKind::Gain,
             Self::Report => FaultKind::Report,
             Self::Momentum => FaultKind::Momentum,
             Self::Energy => FaultKind::Energy,
@@ -169,6 +174,9 @@ impl SoakDefect {
                 trace.samples.iter_mut().for_each(|sample| sample.residuals.position = 0.0);
             }
             Some(Self::Gap) => trace.gap.iter_mut().for_each(|gap| *gap -= 1e-8),
+            Some(Self::Gain) => {
+                last.energy += 0.1 * last.energies.first().copied().unwrap_or_default();
+            }
             Some(Self::Momentum) => last.momentum.linear.iter_mut().for_each(|p| *p *= 1.0 + 1e-9),
             Some(Self::Energy) => {
                 let total = last.energies.first().copied().unwrap_or_default();

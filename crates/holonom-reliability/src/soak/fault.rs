@@ -22,6 +22,8 @@ pub enum FaultKind {
     Momentum,
     /// The energy balance of an energy–momentum scheme.
     Energy,
+    /// Energy that contact gives.
+    Gain,
     /// Two equivalent schemes with different motions.
     Agreement,
     /// Another motion, effort or reaction of the mechanism stated otherwise.

@@ -5,12 +5,13 @@
 //! constraints   χ = max_i |g_i(q_n)| / Σ_j |G_ij| size_j                     round-off
 //! momentum      |P(t) − P(0) − M g t|,  |L(t) − L(0)|  of a free system, without gravity or along it
 //! energy        |H(t) − H(0) − Σ work|  of the energy–momentum schemes without prescribed motions
+//! contact       max_t H(t) − H(0)   where nothing drives: no energy is gained
 //! ```
 //! All are relative to the terms that cancel in them.
 
 use super::fault::{FaultKind, Violation};
 use super::trace::Trace;
-use bounds::{ENERGY, GAP, MOMENTUM, RESIDUAL};
+use bounds::{ENERGY, GAIN, GAP, MOMENTUM, RESIDUAL};
 use holonom::model::{Constraint, ContactSide, End, GROUND, JointKind};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_core::Configuration;
@@ -23,6 +24,8 @@ pub mod bounds {
     pub const RESIDUAL: f64 = 1e-11;
     /// By how much contacts and stops are passed, m or rad.
     pub const GAP: f64 = 1e-9;
+    /// Energy that is gained in a motion with contacts, relative to the kinetic energy.
+    pub const GAIN: f64 = 1e-2;
     /// Change of a momentum map.
     pub const MOMENTUM: f64 = 1e-10;
     /// Residual of the energy balance.
@@ -43,6 +46,8 @@ pub struct InvariantErrors {
     pub momentum: Option<f64>,
     /// Energy balance.
     pub energy: Option<f64>,
+    /// Energy gained by contact.
+    pub gain: Option<f64>,
     /// Difference of two schemes.
     pub agreement: Option<f64>,
     /// Difference of a mechanism stated otherwise.
@@ -74,6 +79,11 @@ pub(super) fn hold(
         let change = momentum(model, found);
         measured.momentum = Some(change);
         within(FaultKind::Momentum, change, MOMENTUM, "change of a momentum map")?;
+    }
+    if !model.contacts.is_empty() && !is_driven(model) {
+        let gain = gained(model, found);
+        measured.gain = Some(gain);
+        within(FaultKind::Gain, gain, GAIN, "energy gained in a motion with contacts")?;
     }
     let driven = model.constraints.iter().any(|c| matches!(c, Constraint::Motion { .. }));
     if model.settings.scheme.is_energy_momentum() && !driven {
@@ -173,6 +183,26 @@ fn is_free(model: &Model) -> bool {
     });
     none && !planes
         && !(bodies || joints || bars || springs || beams || weighs && !model.beams.is_empty())
+}
+
+/// Whether something gives energy to it.
+fn is_driven(model: &Model) -> bool {
+    let motors = model.joints.iter().any(|joint| joint.motor.is_some());
+    motors || !model.loads.is_empty() || !model.constraints.is_empty()
+}
+
+/// By how much the energy is above that of the start at most, relative to the largest kinetic
+/// energy, with that of a fall by 1 mm. No gain is what a body at rest on a support has at its
+/// first node, `m (h a)²/8` (docs/theory.md, 2.20).
+fn gained(model: &Model, found: &Trace) -> f64 {
+    let Some(first) = found.samples.first() else { return 0.0 };
+    let kinetic = found.samples.iter().filter_map(|own| own.energies.first().copied());
+    let fall = mass(model) * (1e-6 + 1e-3 * norm_inf(&model.gravity()));
+    let scale = kinetic.fold(0.0, f64::max) + fall;
+    let gains = found.samples.iter().map(|own| own.energy - first.energy);
+    let weight = model.settings.step * norm_inf(&model.gravity());
+    let at_start = 0.25 * mass(model) * weight * weight;
+    (gains.fold(0.0, f64::max) - at_start).max(0.0) / scale
 }
 
 /// The largest relative change of a momentum map that is conserved.

@@ -42,6 +42,12 @@ impl Checks {
             certified: is_locked(index),
         }
     }
+
+    /// Of bodies that touch: continued is one of four.
+    #[must_use]
+    pub fn of_touching(index: u64) -> Self {
+        Self { restart: index.is_multiple_of(4), ..Self::default() }
+    }
 }
 
 /// How a mechanism ended.
@@ -79,7 +85,7 @@ pub fn judge(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judge
 fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
     let text = model.to_toml();
     let mut measured = InvariantErrors::default();
-    let (model, mut simulation) = match assembled(&text) {
+    let (model, mut simulation) = match assembled(&text, model.meshes.clone()) {
         Ok(assembled) => assembled,
         Err(mut error) => {
             SoakDefect::refuse(defect, &mut error);
@@ -149,7 +155,7 @@ pub fn outcome(model: &Model, disturbed: bool) -> Result<Ending, Violation> {
         Ok(Some(RunOutcome::Failed(failure))) => Some(failure),
         _ => None,
     };
-    let mut found = Trace { samples, failure, gap: None };
+    let mut found = Trace { samples, failure, ..Trace::default() };
     SoakDefect::disturb(disturbed.then_some(SoakDefect::NotFinite), &mut found);
     invariants::finite(&found)?;
     match &found.failure {

@@ -31,7 +31,8 @@ pub use invariants::{InvariantErrors, bounds};
 use crate::part::{Part, number};
 use crate::text_file;
 use defects::SoakDefect;
-use generate::mechanism;
+use generate::{mechanism, touching};
+use holonom::Model;
 use judge::{Checks, judge};
 use minimise::minimise;
 use std::path::{Path, PathBuf};
@@ -50,6 +51,8 @@ pub struct SoakRequest {
     pub output: PathBuf,
     /// Whether all are also turned, moved, reordered and stated in other units, not one of 32.
     pub restated: bool,
+    /// Whether they are bodies of all shapes that touch.
+    pub touching: bool,
 }
 
 impl SoakRequest {
@@ -63,6 +66,7 @@ impl SoakRequest {
             part: Part::default(),
             output: PathBuf::from("target/soak"),
             restated: false,
+            touching: false,
         };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
@@ -74,6 +78,10 @@ impl SoakRequest {
                 request.restated = true;
                 continue;
             }
+            if *option == "--touching" {
+                request.touching = true;
+                continue;
+            }
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;
             match *option {
                 "--count" => request.count = number(option, value)?,
@@ -82,6 +90,17 @@ impl SoakRequest {
             }
         }
         Ok(request)
+    }
+
+    fn mechanism(&self, index: u64) -> Model {
+        match self.touching {
+            true => touching(self.part.seed, index),
+            false => mechanism(self.part.seed, index),
+        }
+    }
+
+    fn checks(&self, index: u64) -> Checks {
+        if self.touching { Checks::of_touching(index) } else { Checks::of(index, self.restated) }
     }
 }
 
@@ -98,14 +117,7 @@ pub fn soak(request: &SoakRequest, progress: &(dyn Fn(u64) + Sync)) -> SoakTally
             }
             let chunk = begin..(begin + CHUNK).min(request.count);
             for index in chunk.filter(|index| request.part.shard.has(*index as usize)) {
-                own.take(
-                    index,
-                    judge(
-                        &mechanism(request.part.seed, index),
-                        Checks::of(index, request.restated),
-                        None,
-                    ),
-                );
+                own.take(index, judge(&request.mechanism(index), request.checks(index), None));
             }
             progress(begin + CHUNK);
         }
@@ -125,7 +137,8 @@ pub fn found_after(defect: SoakDefect, seed: u64, most: u64) -> Option<u64> {
         let (agreement, restated) = (defect == SoakDefect::Agreement, defect.restates());
         let certified = defect == SoakDefect::Certificate;
         let checks = Checks { restart, agreement, restated, certified };
-        let judged = judge(&mechanism(seed, *index), checks, Some(defect));
+        let draw = if defect == SoakDefect::Gain { touching } else { mechanism };
+        let judged = judge(&draw(seed, *index), checks, Some(defect));
         judged.fault.is_some_and(|fault| fault.kind == defect.kind())
     })
 }
@@ -164,7 +177,8 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
 fn single(path: &Path) -> Result<bool, String> {
     let text = holonom::model::read_text(path).map_err(|error| error.to_string())?;
     let checks = Checks { restart: true, agreement: true, restated: true, certified: true };
-    let (model, mut simulation) = trace::assembled(&text).map_err(|error| error.to_string())?;
+    let (model, mut simulation) =
+        trace::assembled(&text, generate::meshes()).map_err(|error| error.to_string())?;
     println!("{}", simulation.energy_columns().join(" "));
     for sample in trace::trace(&mut simulation).samples {
         let energies: Vec<String> = sample.energies.iter().map(|x| format!("{x:.3e}")).collect();
@@ -178,8 +192,8 @@ fn single(path: &Path) -> Result<bool, String> {
 
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, String> {
-    let model = mechanism(request.part.seed, case.index);
-    let smallest = minimise(&model, Checks::of(case.index, request.restated), None, &case.fault);
+    let model = request.mechanism(case.index);
+    let smallest = minimise(&model, request.checks(case.index), None, &case.fault);
     let name =
         format!("{:?}-{}-{}.toml", case.fault.kind, request.part.seed, case.index).to_lowercase();
     let path = request.output.join(name);
@@ -187,6 +201,10 @@ fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, Str
     std::fs::create_dir_all(&request.output)
         .map_err(|error| format!("{}: {error}", path.display()))?;
     text_file::write(&path, &text)?;
+    for (name, mesh) in smallest.meshes.named() {
+        let bytes = String::from_utf8_lossy(mesh.bytes());
+        text_file::write(&request.output.join(name), &bytes)?;
+    }
     Ok(path)
 }
 
@@ -211,6 +229,7 @@ pub fn words(tally: &SoakTally) -> String {
         ("energy", tally.energy),
         ("agreement", tally.agreement),
         ("stated otherwise", tally.restated),
+        ("gained by contact", tally.gain),
     ];
     for (what, largest) in numbers {
         let tally::WorstMechanism { count, value, index } = largest;

@@ -76,6 +76,9 @@ pub struct SoakTally {
     /// Differences of mechanisms stated otherwise.
     #[serde(default)]
     pub restated: WorstMechanism,
+    /// Energy gained by contact.
+    #[serde(default)]
+    pub gain: WorstMechanism,
     /// What is wrong.
     pub faults: Vec<FaultyMechanism>,
 }
@@ -98,6 +101,7 @@ impl SoakTally {
         self.energy.add(WorstMechanism::one(measured.energy, index));
         self.agreement.add(WorstMechanism::one(measured.agreement, index));
         self.restated.add(WorstMechanism::one(measured.restated, index));
+        self.gain.add(WorstMechanism::one(measured.gain, index));
         self.faults.extend(fault.map(|fault| FaultyMechanism { index, fault }));
     }
 
@@ -114,6 +118,7 @@ impl SoakTally {
         self.energy.add(other.energy);
         self.agreement.add(other.agreement);
         self.restated.add(other.restated);
+        self.gain.add(other.gain);
         self.faults.extend(other.faults);
         self.faults.sort_by_key(|case| case.index);
     }

@@ -1,6 +1,7 @@
 //! A run in memory.
 
 use holonom::experiment::Experiment;
+use holonom::model::Meshes;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, ModelError, RunFailure, Sample, Simulation};
 use std::convert::Infallible;
@@ -16,12 +17,12 @@ pub struct Trace {
     pub gap: Option<f64>,
 }
 
-/// Assembles a model from its text.
+/// Assembles a model from its text and its meshes.
 ///
 /// # Errors
 /// [`ModelError`].
-pub fn assembled(text: &str) -> Result<(Model, Simulation), ModelError> {
-    let model = Model::from_toml(text)?;
+pub fn assembled(text: &str, meshes: Meshes) -> Result<(Model, Simulation), ModelError> {
+    let model = Model::from_toml_in(text, &[], meshes)?;
     let simulation = Simulation::new(&model)?;
     Ok((model, simulation))
 }

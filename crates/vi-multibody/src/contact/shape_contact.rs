@@ -113,9 +113,9 @@ impl Unilateral for ShapeContact {
         self.size
     }
 
-    fn near(&self, _s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
-        let [a, b] = self.frames.map(|of| frame(of, at.q));
-        self.pair.active(a, b, f64::MAX, out);
+    fn near(&self, s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
+        let [a, b] = self.frames.map(|of| [frame(of, &s.q0), frame(of, at.q)]);
+        self.pair.active_in_step(a, b, f64::MAX, out);
     }
 
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64 {

@@ -223,12 +223,9 @@ impl Unilateral for ShapeGroup {
             let reach = motions[a as usize] + motions[b as usize] + margin;
             let [first, second] = [a, b].map(|k| &self.shapes[k as usize]);
             found.clear();
-            active(
-                (&first.shape, frame(first.frame, at.q)),
-                (&second.shape, frame(second.frame, at.q)),
-                reach,
-                found,
-            );
+            let [first, second] = [first, second]
+                .map(|own| (&own.shape, [frame(own.frame, &s.q0), frame(own.frame, at.q)]));
+            active(first, second, reach, found);
             let start = (a * count + b) * self.most;
             out.extend(found.iter().map(|(feature, gap)| (start + feature, *gap)));
         }

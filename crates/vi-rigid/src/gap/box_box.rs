@@ -17,14 +17,25 @@
 //! | `48 + 6c + f` | corner `c` of A on face `f` of B |
 //! | `96 + 12i + j` | edge `i` of A on edge `j` of B |
 
+use super::ContactShape;
 use super::contact_point::ContactPoint;
 use super::points_plane::Plane;
-use super::solids::{FACES, face};
+use super::solids::{FACES, Solid, face};
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Number;
 
 /// A box in space: centre, axes, half lengths.
 pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<f64>);
+
+impl ContactShape {
+    /// A box on a frame; `None` of other shapes.
+    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>> {
+        match Solid::in_space(self, frame)? {
+            Solid::Box(center, axes, half) => Some((center, axes, half)),
+            Solid::Cylinder(..) => None,
+        }
+    }
+}
 
 const CORNERS: u32 = 8;
 const OF_A: u32 = CORNERS * FACES;

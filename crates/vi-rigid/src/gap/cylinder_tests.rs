@@ -9,6 +9,7 @@ use super::outline::Kind;
 use super::tests::off_the_gradient;
 use super::*;
 use crate::directors::FRAME;
+use nalgebra::Matrix3;
 use vi_testkit::Sample;
 
 fn cylinder(half: f64, radius: f64) -> ContactShape {

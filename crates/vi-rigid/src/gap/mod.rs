@@ -19,7 +19,7 @@
 //! | box – plane | [`points_plane`] | a corner |
 //! | cylinder – plane | [`cylinder_plane`] | a point of a rim |
 //! | points with a radius, sphere – box, cylinder | `solids` | a point |
-//! | points – box | `solids` | a point and a face |
+//! | points – box, cylinder | `points_solid` | a point and a face |
 //! | box – box | `box_box` | a corner and a face, or two edges |
 //! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
@@ -33,201 +33,25 @@ pub mod segments;
 
 mod box_box;
 mod contact_point;
+mod deepest;
 mod outline;
 mod outline_active;
 mod outline_pairs;
+mod pair;
+mod points_solid;
 mod rim;
+mod shape;
 mod solids;
 
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
+pub use pair::{NoGap, Pair};
+pub use shape::ContactShape;
 
-use box_box::Place;
 use contact_point::{in_space, turned};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use outline::{Kind, Outline};
 use solids::Solid;
 use vi_core::Number;
-
-/// A shape in the components of its frame, lengths in m.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ContactShape {
-    /// A half-space: its boundary holds the point, the unit normal points out of it.
-    Plane {
-        /// A point of the boundary.
-        point: Vector3<f64>,
-        /// The outer unit normal.
-        normal: Vector3<f64>,
-    },
-    /// Balls of one radius about points; of a radius of zero the points themselves, the corners of
-    /// a body.
-    Points {
-        /// Their centres.
-        points: Vec<Vector3<f64>>,
-        /// Their radius.
-        radius: f64,
-    },
-    /// A cylinder with half balls at both ends; a ball if the ends are one point.
-    Capsule {
-        /// The ends of its axis.
-        ends: [Vector3<f64>; 2],
-        /// Its radius.
-        radius: f64,
-    },
-    /// An ellipsoid.
-    Ellipsoid {
-        /// Its centre.
-        center: Vector3<f64>,
-        /// The unit vectors of its axes, in columns.
-        axes: Matrix3<f64>,
-        /// Half of its diameters along them.
-        half_axes: Vector3<f64>,
-    },
-    /// A box.
-    Box {
-        /// Its centre.
-        center: Vector3<f64>,
-        /// The unit vectors of its axes, in columns.
-        axes: Matrix3<f64>,
-        /// Half of its lengths along them.
-        half_lengths: Vector3<f64>,
-    },
-    /// A cylinder with flat ends.
-    Cylinder {
-        /// The ends of its axis.
-        ends: [Vector3<f64>; 2],
-        /// Its radius.
-        radius: f64,
-    },
-}
-
-impl ContactShape {
-    /// A ball.
-    #[must_use]
-    pub fn sphere(center: Vector3<f64>, radius: f64) -> Self {
-        Self::Capsule { ends: [center, center], radius }
-    }
-
-    /// Its name in messages.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Plane { .. } => "plane",
-            Self::Points { .. } => "points",
-            Self::Capsule { ends, .. } if ends[0] == ends[1] => "sphere",
-            Self::Capsule { .. } => "capsule",
-            Self::Ellipsoid { .. } => "ellipsoid",
-            Self::Box { .. } => "box",
-            Self::Cylinder { .. } => "cylinder",
-        }
-    }
-
-    /// A length of the size of the shape and its place, m: rounding changes a gap by `ε` of that.
-    #[must_use]
-    pub fn extent(&self) -> f64 {
-        match self {
-            Self::Plane { point, .. } => point.norm(),
-            Self::Points { points, radius } => {
-                points.iter().fold(0.0, |most: f64, point| most.max(point.norm())) + radius
-            }
-            Self::Capsule { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
-            Self::Ellipsoid { center, half_axes, .. } => center.norm() + half_axes.amax(),
-            Self::Box { center, half_lengths, .. } => center.norm() + half_lengths.norm(),
-            Self::Cylinder { ends, radius } => ends[0].norm().max(ends[1].norm()) + radius,
-        }
-    }
-
-    /// A ball that holds the shape; `None` of a plane.
-    #[must_use]
-    pub fn ball(&self) -> Option<(Vector3<f64>, f64)> {
-        match self {
-            Self::Plane { .. } => None,
-            Self::Points { points, radius } => {
-                let sum: Vector3<f64> = points.iter().sum();
-                let center = sum / points.len().max(1) as f64;
-                let apart = points.iter().map(|point| (point - center).norm());
-                Some((center, apart.fold(0.0, f64::max) + radius))
-            }
-            Self::Capsule { ends, radius } => {
-                Some((0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]).norm() + radius))
-            }
-            Self::Ellipsoid { center, half_axes, .. } => Some((*center, half_axes.amax())),
-            Self::Box { center, half_lengths, .. } => Some((*center, half_lengths.norm())),
-            Self::Cylinder { ends, radius } => {
-                let half = 0.5 * (ends[1] - ends[0]).norm();
-                Some((0.5 * (ends[0] + ends[1]), libm::hypot(half, *radius)))
-            }
-        }
-    }
-
-    /// A box on a frame; `None` of other shapes.
-    fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>> {
-        match Solid::in_space(self, frame)? {
-            Solid::Box(center, axes, half) => Some((center, axes, half)),
-            Solid::Cylinder(..) => None,
-        }
-    }
-}
-
-/// There is no gap between two such shapes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "the gap between {a} and {b} is not available: all shapes stand on planes; boxes, cylinders, capsules and spheres touch one another; points touch boxes, spheres and capsules, with a radius cylinders"
-)]
-pub struct NoGap {
-    /// One of them.
-    pub a: &'static str,
-    /// The other one.
-    pub b: &'static str,
-}
-
-/// Two shapes with the gaps between them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
-    a: ContactShape,
-    b: ContactShape,
-}
-
-impl Pair {
-    /// Of a shape on frame A and one on frame B.
-    ///
-    /// # Errors
-    /// [`NoGap`] where no formula is there for the two.
-    pub fn new(a: ContactShape, b: ContactShape) -> Result<Self, NoGap> {
-        match has_gap(&a, &b) {
-            false => Err(NoGap { a: a.name(), b: b.name() }),
-            true => Ok(Self { a, b }),
-        }
-    }
-
-    /// How many features it has; they are numbered from 0.
-    #[must_use]
-    pub fn features(&self) -> u32 {
-        features(&self.a, &self.b)
-    }
-
-    /// The shape on frame A, and the one on frame B.
-    #[must_use]
-    pub fn shapes(&self) -> [&ContactShape; 2] {
-        [&self.a, &self.b]
-    }
-
-    /// A length of the size of both, m.
-    #[must_use]
-    pub fn extent(&self) -> f64 {
-        self.a.extent().max(self.b.extent())
-    }
-
-    /// The contact of a feature; `frame_a` and `frame_b`: the frames of the shapes, shape 12.
-    #[must_use]
-    pub fn contact(&self, feature: u32, frame_a: &[f64], frame_b: &[f64]) -> ContactPoint {
-        contact(feature, (&self.a, frame_a), (&self.b, frame_b))
-    }
-
-    /// Appends the features that may touch, in ascending order, with gaps up to `reach`, m.
-    pub fn active(&self, frame_a: &[f64], frame_b: &[f64], reach: f64, out: &mut Vec<(u32, f64)>) {
-        active((&self.a, frame_a), (&self.b, frame_b), reach, out);
-    }
-}
 
 /// Whether there is a formula for two shapes; they may have no features yet, as points without any.
 #[must_use]
@@ -244,9 +68,8 @@ pub fn is_smooth(a: &ContactShape, b: &ContactShape) -> bool {
         || match (a, b) {
             (Plane { .. }, Cylinder { .. }) | (Cylinder { .. }, Plane { .. }) => true,
             (Box { .. }, Box { .. }) => true,
-            (Box { .. }, Points { radius, .. }) | (Points { radius, .. }, Box { .. }) => {
-                *radius == 0.0
-            }
+            (Box { .. } | Cylinder { .. }, Points { radius, .. })
+            | (Points { radius, .. }, Box { .. } | Cylinder { .. }) => *radius == 0.0,
             _ => false,
         };
     has_gap(a, b) && !edged
@@ -281,11 +104,8 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
                 segments::FEATURES
             }
         }
-        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
-            points.len() as u32 * solids::FACES
-        }
-        (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius > 0.0 => {
-            points.len() as u32
+        (Box { .. } | Cylinder { .. }, Points { points, radius }) => {
+            points.len() as u32 * if *radius == 0.0 { faces(a)? } else { 1 }
         }
         (Box { .. } | Cylinder { .. }, Capsule { ends, radius })
             if is_ball(ends) && *radius > 0.0 =>
@@ -299,6 +119,15 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
         }
     };
     Some(count)
+}
+
+/// How many faces a box or a cylinder has.
+fn faces(of: &ContactShape) -> Option<u32> {
+    match of {
+        ContactShape::Box { .. } => Some(solids::FACES),
+        ContactShape::Cylinder { .. } => Some(solids::FACES_OF_CYLINDER),
+        _ => None,
+    }
 }
 
 /// The kinds of two shapes that touch with faces, rims, lines and points, cylinders before capsules
@@ -349,7 +178,7 @@ pub fn smallest_gap(
     (a, frame_a): (&ContactShape, &[f64]),
     (b, frame_b): (&ContactShape, &[f64]),
 ) -> Option<f64> {
-    use ContactShape::{Box, Points};
+    use ContactShape::{Box, Cylinder, Points};
     let of_points =
         |of: &ContactShape, frame: &[f64], (points, other): (&[Vector3<f64>], &[f64])| {
             let solid = Solid::in_space(of, frame)?;
@@ -361,10 +190,10 @@ pub fn smallest_gap(
             let [a, b] = [(a, frame_a), (b, frame_b)].map(|(own, at)| Outline::in_space(own, at));
             Some(outline_active::separation(&a?, &b?))
         }
-        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
+        (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {
             of_points(a, frame_a, (points, frame_b))
         }
-        (Points { points, radius }, Box { .. }) if *radius == 0.0 => {
+        (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
             of_points(b, frame_b, (points, frame_a))
         }
         _ => match outlines((a, frame_a), (b, frame_b)) {
@@ -430,11 +259,10 @@ fn between<T: Number>(
         (Capsule { .. }, Capsule { .. }) => {
             Some(segments::contact(feature, (a, frame_a), (b, frame_b)))
         }
-        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
-            let (center, axes, half) = a.place(frame_a)?;
-            let plane = solids::face((&center, &axes, &half), feature % solids::FACES);
-            let point = &points[(feature / solids::FACES) as usize];
-            Some(plane.contact_with(&in_space(frame_b, point)))
+        (_, Points { points, radius }) if *radius == 0.0 => {
+            let (solid, faces) = (Solid::in_space(a, frame_a)?, faces(a)?);
+            let point = &points[(feature / faces) as usize];
+            Some(solid.at_face(feature % faces, &in_space(frame_b, point)))
         }
         (_, Points { points, radius }) => {
             Some(Solid::in_space(a, frame_a)?.contact(&in_space(frame_b, &points[index]), *radius))
@@ -459,14 +287,13 @@ pub fn lasting(a: &ContactShape, b: &ContactShape) -> impl Iterator<Item = u32> 
     (0..features(a, b)).step_by(each as usize)
 }
 
+/// A shape with its frame at the start of a step, and where its gap is asked for.
+pub type Moved<'a> = (&'a ContactShape, [&'a [f64]; 2]);
+
 /// Appends the features of two shapes that may touch, in ascending order, with gaps up to `reach`.
-pub fn active(
-    (a, frame_a): (&ContactShape, &[f64]),
-    (b, frame_b): (&ContactShape, &[f64]),
-    reach: f64,
-    out: &mut Vec<(u32, f64)>,
-) {
+pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut Vec<(u32, f64)>) {
     use ContactShape::{Box, Capsule, Cylinder, Plane, Points};
+    let ([_, frame_a], [_, frame_b], start) = (of_a, of_b, out.len());
     let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
     match (a, b) {
         (Plane { normal, .. }, Cylinder { ends, .. }) => {
@@ -484,19 +311,37 @@ pub fn active(
                 box_box::active(&a, &b, reach, out);
             }
         }
-        (Box { .. }, Points { points, radius }) if *radius == 0.0 => {
-            points_on_box(a.place(frame_a), (points, frame_b), reach, out);
+        (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {
+            points_on_solid((a, of_a), (points, of_b), reach, out);
         }
-        (Points { points, radius }, Box { .. }) if *radius == 0.0 => {
-            points_on_box(b.place(frame_b), (points, frame_a), reach, out);
+        (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
+            points_on_solid((b, of_b), (points, of_a), reach, out);
         }
         _ => {
             if let Some(([a, b], _)) = outlines((a, frame_a), (b, frame_b)) {
-                return outline_active::active(&a, &b, reach, out);
+                outline_active::active(&a, &b, reach, out);
+                return;
             }
             let found = (0..features(a, b)).map(|feature| (feature, gap(feature)));
             out.extend(found.filter(|(_, gap)| *gap <= reach));
         }
+    }
+    if let (Points { points, .. }, _) | (_, Points { points, .. }) = (a, b) {
+        let each = features(a, b) as usize / points.len().max(1);
+        let size = |of: &ContactShape| of.ball().map_or(f64::MAX, |(_, radius)| radius);
+        let sizes = [size(a), size(b)];
+        deepest::keep(out, start, sizes, |feature| &points[feature as usize / each]);
+    }
+}
+
+fn points_on_solid(
+    (of, frames): Moved<'_>,
+    (points, own): (&[Vector3<f64>], [&[f64]; 2]),
+    reach: f64,
+    out: &mut Vec<(u32, f64)>,
+) {
+    if let [Some(before), Some(now)] = frames.map(|frame| Solid::in_space(of, frame)) {
+        points_solid::active([before, now], (points, own), reach, out);
     }
 }
 
@@ -513,22 +358,9 @@ fn points_of_rims(
     }
 }
 
-fn points_on_box(
-    of: Option<Place>,
-    (points, frame): (&[Vector3<f64>], &[f64]),
-    reach: f64,
-    out: &mut Vec<(u32, f64)>,
-) {
-    let Some((center, axes, half)) = of else { return };
-    for (k, point) in points.iter().enumerate() {
-        let (face, gap) = solids::nearest_face((&center, &axes, &half), &in_space(frame, point));
-        if gap <= reach {
-            out.push((solids::FACES * k as u32 + face, gap));
-        }
-    }
-}
-
 #[cfg(test)]
 mod cylinder_tests;
+#[cfg(test)]
+mod points_tests;
 #[cfg(test)]
 mod tests;

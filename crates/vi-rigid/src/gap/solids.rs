@@ -6,7 +6,7 @@
 //! g = |max(s, 0)| − ϱ    outside,    max s − ϱ    inside (nearest face)
 //! ```
 //! The distance is smooth outside of the solid, also where the nearest point moves from a face to
-//! an edge. A point without a radius touches a face of a box: a feature for each of them.
+//! an edge. A point without a radius touches one face (`points_solid`).
 
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space, turned};
@@ -16,6 +16,10 @@ use vi_core::Number;
 
 /// Faces of a box: those of the axis `k/2`, the positive one first.
 pub(super) const FACES: u32 = 6;
+/// Faces of a cylinder: the end towards its second end, the other one, [`SIDE`].
+pub(super) const FACES_OF_CYLINDER: u32 = 3;
+/// Its side.
+pub(super) const SIDE: usize = 2;
 
 /// A box or a cylinder in space.
 #[derive(Clone, Copy, Debug)]
@@ -57,15 +61,26 @@ impl<T: Number> Solid<T> {
                 ([0, 1, 2].map(|i| y[i].abs() - T::of(half[i])), outward, 3)
             }
             Self::Cylinder(center, axis, half, radius) => {
-                let arm = x - center;
-                let z = arm.dot(axis);
-                let across = arm - axis * z;
-                let r = across.norm();
-                // on the axis any direction is outward
-                let outward = if Number::real(r) > 0.0 { across / r } else { perpendicular(axis) };
+                let (z, r, outward) = from_axis(&(x - center), axis);
                 let along = axis * one.copysign(z);
                 let excess = [z.abs() - *half, r - T::of(*radius), T::of(f64::MIN)];
                 (excess, [along, outward, along], 2)
+            }
+        }
+    }
+
+    /// The contact of a point with the plane of a face or the side of a cylinder, as B.
+    pub(super) fn at_face(&self, face: u32, x: &Vector3<T>) -> ContactPoint<T> {
+        match self {
+            Self::Box(center, axes, half) => self::face((center, axes, half), face).contact_with(x),
+            Self::Cylinder(center, axis, _, radius) if face as usize == SIDE => {
+                let (_, r, normal) = from_axis(&(x - center), axis);
+                let gap = r - T::of(*radius);
+                ContactPoint { gap, normal, point: x - normal * (T::of(0.5) * gap) }
+            }
+            Self::Cylinder(center, axis, half, _) => {
+                let normal = axis * T::of(side_of(face));
+                Plane { point: center + normal * *half, normal }.contact_with(x)
             }
         }
     }
@@ -90,6 +105,78 @@ impl<T: Number> Solid<T> {
     }
 }
 
+impl Solid {
+    /// How many faces it has.
+    pub(super) fn faces(&self) -> u32 {
+        match self {
+            Self::Box(..) => FACES,
+            Self::Cylinder(..) => FACES_OF_CYLINDER,
+        }
+    }
+
+    /// A length of its size, m.
+    pub(super) fn size(&self) -> f64 {
+        match self {
+            Self::Box(_, _, half) => half.amax(),
+            Self::Cylinder(_, _, half, radius) => half.max(*radius),
+        }
+    }
+
+    /// How far a point is outside of each face; `−∞` of those that it does not have.
+    pub(super) fn beyond(&self, x: &Vector3<f64>) -> [f64; FACES as usize] {
+        match self {
+            Self::Box(center, axes, half) => {
+                let y = axes.tr_mul(&(x - center));
+                std::array::from_fn(|f| side_of(f as u32) * y[f / 2] - half[f / 2])
+            }
+            Self::Cylinder(center, axis, half, radius) => {
+                let (z, r, _) = from_axis(&(x - center), axis);
+                let none = f64::NEG_INFINITY;
+                [z - half, -z - half, r - radius, none, none, none]
+            }
+        }
+    }
+
+    /// From the axis of a cylinder to a point; zero of a box.
+    pub(super) fn across(&self, x: &Vector3<f64>) -> Vector3<f64> {
+        match self {
+            Self::Box(..) => Vector3::zeros(),
+            Self::Cylinder(center, axis, ..) => {
+                let arm = x - center;
+                arm - axis * arm.dot(axis)
+            }
+        }
+    }
+
+    /// How far a point is outside of each face, with the tangent plane towards another point in the
+    /// place of the side of a cylinder.
+    pub(super) fn beyond_tangent(
+        &self,
+        x: &Vector3<f64>,
+        towards: &Vector3<f64>,
+    ) -> [f64; FACES as usize] {
+        let mut own = self.beyond(x);
+        if let Self::Cylinder(center, axis, _, radius) = self {
+            let (.., outward) = from_axis(&(towards - center), axis);
+            own[SIDE] = outward.dot(&(x - center)) - radius;
+        }
+        own
+    }
+}
+
+/// Place along an axis, distance from it, unit vector from it; on the axis any across it.
+fn from_axis<T: Number>(arm: &Vector3<T>, axis: &Vector3<T>) -> (T, T, Vector3<T>) {
+    let z = arm.dot(axis);
+    let across = arm - axis * z;
+    let r = across.norm();
+    (z, r, if Number::real(r) > 0.0 { across / r } else { perpendicular(axis) })
+}
+
+/// The side of an even face and of an odd one.
+fn side_of(face: u32) -> f64 {
+    if face.is_multiple_of(2) { 1.0 } else { -1.0 }
+}
+
 /// A unit vector across another one.
 pub(super) fn perpendicular<T: Number>(axis: &Vector3<T>) -> Vector3<T> {
     let least = axis.map(Number::real).iamin();
@@ -102,24 +189,7 @@ pub(super) fn face<T: Number>(
     (center, axes, half): (&Vector3<T>, &Matrix3<T>, &Vector3<f64>),
     face: u32,
 ) -> Plane<T> {
-    let (axis, sign) = ((face / 2) as usize, if face.is_multiple_of(2) { 1.0 } else { -1.0 });
+    let (axis, sign) = ((face / 2) as usize, side_of(face));
     let normal = axes.column(axis) * T::of(sign);
     Plane { point: center + normal * T::of(half[axis]), normal }
-}
-
-/// The face that a point is outside of, or next to: that of the largest excess.
-pub(super) fn nearest_face(
-    (center, axes, half): (&Vector3<f64>, &Matrix3<f64>, &Vector3<f64>),
-    x: &Vector3<f64>,
-) -> (u32, f64) {
-    let arm = x - center;
-    let mut best = (0, f64::MIN);
-    for axis in 0..3 {
-        let y = arm.dot(&axes.column(axis));
-        let excess = y.abs() - half[axis];
-        if excess > best.1 {
-            best = (2 * axis as u32 + u32::from(y < 0.0), excess);
-        }
-    }
-    best
 }

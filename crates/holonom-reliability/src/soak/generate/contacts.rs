@@ -35,7 +35,7 @@ fn restitution(draw: &mut Draw) -> f64 {
     draw.pick(&[0.0, 0.3, 0.8, 1.0])
 }
 
-fn along_joint(joint: &mut Joint, draw: &mut Draw) {
+pub(super) fn along_joint(joint: &mut Joint, draw: &mut Draw) {
     let count = joint.pair().coordinate_count();
     if count == 0 {
         return;
@@ -64,7 +64,7 @@ fn along_joint(joint: &mut Joint, draw: &mut Draw) {
 }
 
 /// A rule of contact.
-fn rule(name: &str, a: ContactSide, b: BodyNames, draw: &mut Draw) -> Contact {
+pub(super) fn rule(name: &str, a: ContactSide, b: BodyNames, draw: &mut Draw) -> Contact {
     let friction = draw.pick(&[0.0, 0.2, 0.8]);
     let holds = friction > 0.0 && draw.chance(0.3);
     let grips = friction > 0.0 && draw.chance(0.2);

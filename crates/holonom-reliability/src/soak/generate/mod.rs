@@ -10,6 +10,7 @@
 //! | [`large`] | mechanisms of many members, and one more |
 //! | `forces` | springs, dampers, motors, loads, gears, prescribed motions |
 //! | `contacts` | stops and dry friction of joints, spheres that touch |
+//! | `touching` | bodies of all shapes that touch, a stream of their own |
 
 mod beams;
 mod bodies;
@@ -19,6 +20,9 @@ pub mod large;
 mod locked;
 mod points;
 mod settings;
+mod touching;
+
+pub use touching::{meshes, touching};
 
 use super::draw::Draw;
 use holonom::Model;
