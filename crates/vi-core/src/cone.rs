@@ -260,9 +260,6 @@ impl ConeSolver {
             if is_near && self.ends_nearby {
                 return self.end_nearby();
             }
-            if !is_small && let Some((residual, starts)) = from_elsewhere(self) {
-                return Ok(ConeReport { residual, rounds: 2 + starts });
-            }
             if let Some(found) = self.by_programs(rounding) {
                 return Ok(found);
             }
@@ -272,6 +269,9 @@ impl ConeSolver {
             }
             if is_small && let Some(done) = self.along_compliances(rounding) {
                 return Ok(done);
+            }
+            if !is_small && let Some((residual, starts)) = from_elsewhere(self) {
+                return Ok(ConeReport { residual, rounds: PARAMETERS.len() + PROGRAMS + starts });
             }
         }
         self.end_nearby()
@@ -531,7 +531,9 @@ impl Restart for ConeSolver {
     }
 
     fn attempt(&mut self) -> Option<f64> {
+        let patience = std::mem::replace(&mut self.patience, PATIENCE);
         let residual = self.refine(self.rounding());
+        self.patience = patience;
         self.ends().then_some(residual)
     }
 }

@@ -56,7 +56,7 @@ fn bed(seed: u64, side: usize, layers: usize, neighbours: usize) -> (DMatrix<f64
 /// lead on.
 #[test]
 fn beds_of_spheres_obey_the_laws() {
-    let sizes = [(3, 20), (4, 10), (5, 20), (3, 60), (4, 60)];
+    let sizes = [(3, 20), (4, 10), (5, 20)];
     let mut restarted = 0;
     for (seed, (side, neighbours)) in (77..82).flat_map(|seed| sizes.map(|size| (seed, size))) {
         let (columns, fall) = bed(seed, side, 5, neighbours);

@@ -51,9 +51,11 @@ pub(super) trait Restart {
 /// other: the residual, and how many there were.
 pub(super) fn from_elsewhere(solver: &mut impl Restart) -> Option<(f64, usize)> {
     let mut count = 0;
-    for start in std::iter::once(None).chain(STARTS.map(Some)) {
+    let is_at_rest = solver.standing().warm.iter().all(|own| *own == 0.0);
+    let starts = &STARTS[..if is_at_rest { 0 } else { STARTS.len() }];
+    for start in std::iter::once(None).chain(starts.iter().map(Some)) {
         if let Some(start) = start {
-            begin_with(start, solver.standing());
+            begin_with(*start, solver.standing());
         }
         for turn in usize::from(start.is_none())..=LOOSENED {
             if turn > 0 {
