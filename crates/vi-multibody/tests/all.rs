@@ -13,6 +13,7 @@ mod control_points;
 mod cylinder_contacts;
 mod dense;
 mod design;
+mod divided_steps;
 mod ensemble;
 mod ensemble_forces;
 mod ensemble_recording;
