@@ -24,7 +24,7 @@ pub(super) const EARLY: usize = 4;
 /// rows that `W` does not tell apart contradict one another by several times `LARGE`.
 const LEFT: f64 = 4e-10;
 /// Problems of more than `MANY` rows for which all methods fail: a shorter step then costs less.
-const FAILURES: usize = 2;
+const FAILURES: usize = 1;
 const MANY: usize = 60;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;

@@ -38,7 +38,7 @@ const MANY: usize = 100;
 const REST: f64 = 1e-9;
 /// The shortest part of a step whose impulses are looked for where those of longer ones are not
 /// found.
-const SHORTEST: f64 = 1.0 / 64.0;
+const SHORTEST: f64 = 1.0 / 16.0;
 
 /// Where nodes are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
