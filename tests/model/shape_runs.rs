@@ -2,10 +2,9 @@
 
 use holonom::model::{Mesh, Meshes};
 use holonom::{Model, Sample, Simulation};
-use std::fmt::Write;
 use std::path::Path;
 use vi_testkit::Sample as Random;
-use vi_testkit::model::{heavy, part};
+use vi_testkit::model::{cube_of_squares, heavy, part};
 
 pub(crate) fn solid(name: &str, mass: f64, shape: &str, keys: &str) -> String {
     part("body", name) + &format!("mass = {mass:?}\nshape = {{ {shape} }}\n{keys}")
@@ -29,30 +28,8 @@ pub(crate) fn model(text: &str) -> Model {
     Model::from_toml_in(text, &[], meshes).unwrap_or_else(|error| panic!("{error:?}\n{text}"))
 }
 
-/// The surface of a box of length 1 about the origin, in squares.
 fn mesh_box(squares: usize) -> Mesh {
-    let (mut text, mut count) = (String::new(), 0);
-    for face in 0..6 {
-        let (axis, side) = (face / 2, face % 2);
-        let corner = |i: usize, j: usize| {
-            let at = |k: usize| k as f64 / squares as f64 - 0.5;
-            let mut x = [side as f64 - 0.5; 3];
-            (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (at(i), at(j));
-            x
-        };
-        for (i, j) in (0..squares).flat_map(|i| (0..squares).map(move |j| (i, j))) {
-            let mut around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            if side == 0 {
-                around.reverse();
-            }
-            for [x, y, z] in around.map(|(i, j)| corner(i, j)) {
-                writeln!(text, "v {x} {y} {z}").unwrap();
-            }
-            writeln!(text, "f {} {} {} {}", count + 1, count + 2, count + 3, count + 4).unwrap();
-            count += 4;
-        }
-    }
-    Mesh::from_bytes(Path::new("box.obj"), text.into_bytes()).unwrap()
+    Mesh::from_bytes(Path::new("box.obj"), cube_of_squares(squares).into_bytes()).unwrap()
 }
 
 /// Free bodies that tumble into each other: momenta to rounding errors, no energy from contact.

@@ -13,8 +13,9 @@
 //! Block Gauss–Seidel with the exact law of each contact finds the state (open, sticks, slips);
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
 //! Where both fail, as of tall stacks with masses of several ratios, convex programs in a sequence
-//! lead to a solution. Nothing depends on earlier problems but `Λ` itself, the warm start: of
-//! several solutions the one next to it is likely.
+//! lead to a solution; of many rows other impulses to begin with are tried last. Nothing depends on
+//! earlier problems but `Λ` itself, the warm start: of several solutions the one next to it is
+//! likely.
 //!
 //! Of many contacts [`LargeConeSolver`] takes `W` in sparse rows.
 //!

@@ -2,6 +2,7 @@
 //! part.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
+use std::fmt::Write;
 
 /// The unit vectors of space.
 pub const AXES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -270,4 +271,29 @@ pub fn arm_and_hand(own: &str) -> String {
                   angular_velocity = [0.5, 1.0, -1.5]\n";
     let hand = body_at([0.4, 0.1, 0.1], "hand", 0.5, [0.01, 0.02, 0.015]);
     format!("{arm}{motion}{own}{hand}rotation_vector = [-0.3, 0.8, 0.2]\n{own}")
+}
+
+/// The surface of a cube of length 1 about the origin, each face in `squares` by `squares`: the
+/// text of an `.obj` file.
+#[must_use]
+pub fn cube_of_squares(squares: usize) -> String {
+    let (mut text, mut count) = (String::new(), 0);
+    for face in 0..6 {
+        let (axis, side) = (face / 2, face % 2);
+        for (i, j) in (0..squares).flat_map(|i| (0..squares).map(move |j| (i, j))) {
+            let mut around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+            if side == 0 {
+                around.reverse();
+            }
+            for (i, j) in around {
+                let at = |k: usize| k as f64 / squares as f64 - 0.5;
+                let mut x = [side as f64 - 0.5; 3];
+                (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (at(i), at(j));
+                let _ = writeln!(text, "v {} {} {}", x[0], x[1], x[2]);
+            }
+            let _ = writeln!(text, "f {} {} {} {}", count + 1, count + 2, count + 3, count + 4);
+            count += 4;
+        }
+    }
+    text
 }

@@ -229,12 +229,11 @@ fn residuals_have_their_derivatives() {
 #[test]
 fn exact_data_give_the_start_that_they_were_made_with() {
     for text in cases() {
+        // in so short a time the mass of the welded box is not seen from so far away
+        let is_welded = text.starts_with(WELDED);
+        let text = if is_welded { text.replace("mass = {}, ", "") } else { text };
         let (source, model) = read(&text);
         let name = format!("{} {:?}", model.header.name, model.identify.as_ref().unwrap().initial);
-        // in so short a time its mass is not seen from so far away
-        let text = if name.starts_with("welded") { text.replace("mass = {}, ", "") } else { text };
-        let (source, model) =
-            if name.starts_with("welded") { read(&text) } else { (source, model) };
         let found = found(&text, &exact(&model)).unwrap();
         for (own, wanted) in found.estimate.parameters.iter().zip(true_values(&model, &source)) {
             println!("{name} {}: {} for {wanted}", own.name, own.value);

@@ -23,8 +23,7 @@ pub(super) const EARLY: usize = 4;
 /// What the node before leaves of the laws of a large island, relative to the largest velocity:
 /// rows that `W` does not tell apart contradict one another by several times `LARGE`.
 const LEFT: f64 = 4e-10;
-/// Problems of more than `MANY` rows for which all methods fail: a shorter step then costs less.
-const FAILURES: usize = 1;
+/// Where all methods fail for more rows than this, a shorter step costs less than another solution.
 const MANY: usize = 60;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;
@@ -50,7 +49,6 @@ pub(super) struct ActiveRows {
     lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
     passes: usize,
-    failures: usize, // of problems with many rows, with all methods
 }
 
 /// The impulse of a row is known.
@@ -96,7 +94,7 @@ impl ActiveRows {
             }
         }
         self.response.clear();
-        (self.passes, self.failures) = (0, 0);
+        self.passes = 0;
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -177,9 +175,7 @@ impl ActiveRows {
             solver.solve_within(cones, W, (w, errors), found)
         };
         self.is_exact = solved.is_ok();
-        let is_costly = self.w.len() > MANY && self.passes > EARLY;
-        self.failures += usize::from(is_costly && !self.is_exact);
-        let leads_on = self.failures < FAILURES;
+        let leads_on = self.w.len() <= MANY || self.passes <= EARLY;
         match solved {
             Ok(_) => {}
             Err(ConeFault::NoConvergence { residual, .. }) if residual < NEARBY && leads_on => {}

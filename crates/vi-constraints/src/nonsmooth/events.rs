@@ -278,8 +278,6 @@ impl Nonsmooth {
                     if part < SHORTEST * step.h {
                         return Err(StepError::Contact(refused.clone()));
                     }
-                    run.is_at_start = false;
-                    self.is_current = false;
                 }
                 Err(error) => return Err(error),
             }

@@ -17,7 +17,7 @@
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::form::Term;
 use crate::geometry::products::{MOST, ProductRow, Products, Vectors};
-use crate::geometry::twist::Twist;
+use crate::geometry::twist::{Transfer, Twist};
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::{Transmitted, links_of_joints};
 use crate::tree::Tree;
@@ -27,6 +27,7 @@ use vi_constraints::Constraints;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_rigid::directors::{FRAME, center, director};
+use vi_rigid::null_space::push_forward;
 
 /// What a column of `W` has beside the others at least, of its square.
 const INDEPENDENT: f64 = 1e-20;
@@ -115,9 +116,7 @@ impl Wrenches {
             x[i] -= (i + 1..self.count).map(|j| self.U[j][i] * x[j]).sum::<f64>();
         }
     }
-}
 
-impl Wrenches {
     /// The shortest `ξ` with `Wᵀ ξ = r`.
     fn spread(&self, r: &[f64]) -> Vector6<f64> {
         let (mut xi, mut y) = (Vector6::zeros(), [0.0; 6]);
@@ -305,27 +304,19 @@ impl JointNodes {
         let Node { q, joints: places } = &nodes[node];
         twists.fill(Twist::zero());
         for (joint, place) in joints.iter().zip(places) {
-            let xi = place.wrenches.spread(&r[joint.rows()]);
-            let (linear, angular): (Vector3<f64>, Vector3<f64>) =
-                (xi.fixed_rows::<3>(0).into(), xi.fixed_rows::<3>(3).into());
-            twists[joint.link] = Twist::new(linear - angular.cross(&place.arm), angular);
+            let at_anchor = Twist::from_vector(&place.wrenches.spread(&r[joint.rows()]));
+            twists[joint.link] = Transfer::Rigid(-place.arm).apply(&at_anchor);
         }
         for (k, link) in tree.links().iter().enumerate() {
             let at = FRAME * link.frame;
             if let Some(parent) = link.parent {
                 let carrier = FRAME * tree.links()[parent].frame;
                 let arm = center(&q[at..]) - center(&q[carrier..]);
-                let Twist { linear, angular } = twists[parent];
-                twists[k].add_scaled(1.0, &Twist::new(linear + angular.cross(&arm), angular));
+                let carried = Transfer::Rigid(arm).apply(&twists[parent]);
+                twists[k].add_scaled(1.0, &carried);
             }
-            let Twist { linear, angular } = twists[k];
-            let frame = &q[at..at + FRAME];
-            let own = &mut mu[at..at + FRAME];
-            own[..3].copy_from_slice(linear.as_slice());
-            for i in 0..3 {
-                let rate = angular.cross(&director(frame, i));
-                own[3 + 3 * i..6 + 3 * i].copy_from_slice(rate.as_slice());
-            }
+            let own = at..at + FRAME;
+            push_forward(&q[own.clone()], &twists[k].to_vector(), &mut mu[own]);
         }
     }
 

@@ -14,6 +14,7 @@ use holonom::vi_rigid::directors::set_frame;
 use holonom::vi_rigid::gap::{ContactShape, GROUND as ORIGIN, has_gap, smallest_gap};
 use std::fmt::Write;
 use std::path::Path;
+use vi_testkit::model::cube_of_squares;
 
 /// Steps of such a mechanism.
 const STEPS: u64 = 40;
@@ -82,34 +83,15 @@ enum Ground {
 /// Never: they are valid.
 #[must_use]
 pub fn meshes() -> Meshes {
-    let known = [("cube.obj", cube(1)), ("squares.obj", cube(6)), ("stone.obj", icosahedron())];
+    let known = [
+        ("cube.obj", cube_of_squares(1)),
+        ("squares.obj", cube_of_squares(6)),
+        ("stone.obj", icosahedron()),
+    ];
     known.into_iter().fold(Meshes::default(), |meshes, (name, text)| {
         let mesh = Mesh::from_bytes(Path::new(name), text.into_bytes()).expect("a valid mesh");
         meshes.with(name, mesh).expect("a small mesh")
     })
-}
-
-/// The surface of a cube in squares.
-fn cube(squares: usize) -> String {
-    let (mut text, mut count) = (String::new(), 0);
-    for face in 0..6 {
-        let (axis, side) = (face / 2, face % 2);
-        for (i, j) in (0..squares).flat_map(|i| (0..squares).map(move |j| (i, j))) {
-            let mut around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
-            if side == 0 {
-                around.reverse();
-            }
-            for (i, j) in around {
-                let at = |k: usize| k as f64 / squares as f64 - 0.5;
-                let mut x = [side as f64 - 0.5; 3];
-                (x[(axis + 1) % 3], x[(axis + 2) % 3]) = (at(i), at(j));
-                let _ = writeln!(text, "v {} {} {}", x[0], x[1], x[2]);
-            }
-            let _ = writeln!(text, "f {} {} {} {}", count + 1, count + 2, count + 3, count + 4);
-            count += 4;
-        }
-    }
-    text
 }
 
 /// The faces of an icosahedron, outwards.
