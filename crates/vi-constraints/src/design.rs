@@ -90,6 +90,11 @@ pub trait Design {
 
     /// Whether a parameter enters `g`.
     fn moves_constraints(&self) -> bool;
+
+    /// Whether [`Design::add_adjoint`] reads [`Costates::moved`] where it is given.
+    fn reads_moved(&self) -> bool {
+        false
+    }
 }
 
 /// The costates of a step.
@@ -101,4 +106,9 @@ pub struct Costates<'a> {
     pub momentum: &'a [f64],
     /// `σ`, of `g(q_{n+1}) = 0`, shape `m`.
     pub rows: &'a [f64],
+    /// At `q_n` and at `q_{n+1}`, of constraints that a null space `P(q; θ)` meets and that then
+    /// have no multipliers: what `−w·P_θ m` and `(c − Aᵀ μ)·δq'` are made of, with any `δq'` for
+    /// which they hold, in numbers that the mechanism and its design agree on. Empty where all have
+    /// multipliers.
+    pub moved: [&'a [f64]; 2],
 }

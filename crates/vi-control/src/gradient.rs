@@ -181,13 +181,20 @@ impl Gradient {
         // where nodes cost, p̃ has to be a momentum of their velocity
         let counts_forces = task.objective.counts_forces();
         let moves = task.design.is_some_and(Design::moves_constraints);
-        let whole = moves || counts_forces || task.objective.counts_nodes();
-        let along = if whole { Tangents::OfBodies } else { Tangents::OfMechanism };
+        let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
+            _ if counts_forces => Tangents::OfBodies,
+            (true, true) => Tangents::OfMovedMechanism,
+            (true, false) => Tangents::OfBodies,
+            _ if task.objective.counts_nodes() => Tangents::OfBodies,
+            _ => Tangents::OfMechanism,
+        };
         if counts_forces && (run.reads_states() || task.steps == 0) {
             let what = "multipliers of steps that are not of order 2";
             return Err(GradientError::NotDifferentiable { what });
         }
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
+        let settles = along == Tangents::OfMovedMechanism
+            && fast.as_ref().is_some_and(|own| own.takes_impulses());
         let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         task.objective.follow(state, Seen::First);
@@ -196,6 +203,7 @@ impl Gradient {
             task,
             start: state.t,
             costates: fast.unwrap_or_else(general),
+            settles,
             forces: NodeForces::zero(n, m),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
@@ -259,6 +267,7 @@ struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     start: f64, // t_0
     costates: Box<dyn CostateSweep<S, C>>,
+    settles: bool, // the first step finds multipliers, so that its start counts by itself
     forces: NodeForces,
     beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
@@ -396,7 +405,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         run.place_at(&last);
         let node = holding(&last, &self.p);
         let mut tape = std::mem::take(&mut self.beyond);
-        let pulled = self.pull(run, tape.at(0), Some(&node));
+        let pulled = self.pull(run, tape.at(0), Some(&node), false);
         self.beyond = tape;
         pulled
     }
@@ -432,7 +441,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let step = tape.step(k);
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
-            self.pull(run, tape.at(k), nodes.get(node).filter(|_| starts))?;
+            self.pull(run, tape.at(k), nodes.get(node).filter(|_| starts), k == 0 && step == 0)?;
             if starts {
                 let node = (&nodes[..], node);
                 let (costate, found) = (&mut self.costate, &mut self.found.parameters);
@@ -443,12 +452,14 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         Ok(())
     }
 
-    /// Back over a (sub-)step; `node`: where it starts, of a macro step.
+    /// Back over a (sub-)step, the first one of the run or another; `node`: where it starts, of a
+    /// macro step.
     fn pull(
         &mut self,
         run: &Integrator<S, C>,
         taken: Taken<'_>,
         node: Option<&State>,
+        is_first: bool,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, design, by_step, steps, .. } = *self.task;
         let (system, constraints) = (run.system(), run.constraints());
@@ -476,6 +487,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 forces.find(objective, (node, at), (impulse, s.h), parameters, out);
             };
             costates.pull_with(system, constraints, (points, p), costate, &mut cost)
+        } else if self.settles && is_first {
+            costates.pull_with(system, constraints, (points, p), costate, &mut |_, _| {})
         } else {
             costates.pull(system, constraints, points, p, costate).map_err(Into::into)
         }

@@ -18,6 +18,7 @@ mod galerkin;
 mod galerkin_time;
 mod gradients;
 mod identifications;
+mod moved_joints;
 mod optima;
 mod problems;
 mod program_derivatives;

@@ -23,7 +23,7 @@ type Sweep = dyn CostateSweep<SeparableSystem, Mechanism>;
 /// with springs, dampers and efforts along its coordinates, and with what acts on single bodies
 /// where it is `loaded`; so many distances between its bodies are `kept`. `None` where it cannot
 /// move.
-fn random_mechanism(
+pub(crate) fn random_mechanism(
     bodies: usize,
     seed: u64,
     (loaded, kept): (bool, usize),

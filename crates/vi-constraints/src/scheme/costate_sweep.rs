@@ -64,7 +64,7 @@ pub trait CostateSweep<S, C> {
     }
 
     /// Visits the parts of the equations of the last step with `h λ`, shape `m`, and costates; both
-    /// of rows count with [`Tangents::OfBodies`].
+    /// of rows count with [`Tangents::OfBodies`] and after [`CostateSweep::pull_with`].
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>);
 }
 
@@ -85,8 +85,11 @@ pub type CostateChoice<S, C> =
 pub enum Tangents {
     /// `G δq = 0`.
     OfMechanism,
-    /// Any of rigid bodies, as where a parameter moves constraints: `a` is then a derivative along
-    /// all of them, and the multipliers and costates of all rows between bodies are found.
+    /// `G δq = −g_θ δθ`, where a parameter moves constraints: `a·δq` then counts together with what
+    /// [`Costates::moved`] gives, in the place of multipliers, wherever that is given.
+    OfMovedMechanism,
+    /// Any of rigid bodies: `a` is then a derivative along all of them, and the multipliers and
+    /// costates of all rows between bodies are found.
     OfBodies,
 }
 

@@ -405,13 +405,13 @@ impl StepLinearization {
     #[must_use]
     pub fn costates(&self) -> Costates<'_> {
         let step = &self.x[..self.momentum.len()];
-        Costates { step, momentum: &self.momentum, rows: &self.sigma }
+        Costates { step, momentum: &self.momentum, rows: &self.sigma, moved: [&[]; 2] }
     }
 
     /// `c_sᵀ b' − b_sᵀ μ − g_sᵀ σ` with them: the derivative by what has these sources.
     #[must_use]
     pub fn along(&self, sources: &Sources) -> f64 {
-        let Costates { step, momentum, rows } = self.costates();
+        let Costates { step, momentum, rows, .. } = self.costates();
         dot(&sources.plus, momentum) - dot(&sources.minus, step) - dot(&sources.rows, rows)
     }
 }

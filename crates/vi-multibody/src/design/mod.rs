@@ -21,6 +21,7 @@ mod moved_coordinate;
 pub mod reaction;
 mod row_sums;
 mod rows;
+mod side_sums;
 pub mod start;
 
 mod tangent;
@@ -36,6 +37,7 @@ pub use tangent::{
 use crate::builder::{ElementForce, ForceElements};
 use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
+use crate::output::joint_wrenches::links_of_joints;
 use explicit::{
     Acting, EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, OfElements, PointDamper,
     PointSpring, Sink, Stored, Weight,
@@ -43,7 +45,9 @@ use explicit::{
 use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
 use rows::MovedRows;
+use side_sums::SideSums;
 use std::sync::Arc;
+use vi_constraints::Constraints;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
@@ -77,8 +81,10 @@ pub struct MechanismDesign {
     parameters: Vec<Parameter>,
     beside: Vec<usize>, // parameters that touch more than what is summed
     masses: MassSums,
-    products: RowSums,
-    factors: Vec<Factors>, // of each parameter
+    products: RowSums,       // of the joints of the tree
+    closures: RowSums,       // of the others
+    sides: Option<SideSums>, // in the place of those of the tree
+    factors: Vec<Factors>,   // of each parameter
 }
 
 /// What one parameter touches.
@@ -116,14 +122,35 @@ impl MechanismDesign {
         let (gravity, own) = (mechanism.description().gravity, parameters.len());
         let masses = parameters.iter().map(|parameter| parameter.masses.as_ref());
         let (masses, mut factors) = MassSums::of(masses, gravity, own);
-        let rows = parameters.iter().map(|parameter| parameter.products.products());
-        let first = own + masses.len();
-        let (products, more) = RowSums::of(rows, first);
-        factors.iter_mut().zip(more).for_each(|(factors, more)| factors.extend(more));
+        let in_tree = &rows_in_tree(mechanism)[..];
+        let rows = |of_tree: bool| {
+            let is_one = move |(row, _): &(usize, _)| in_tree[*row] == of_tree;
+            parameters.iter().map(move |parameter| parameter.products.products().filter(is_one))
+        };
+        let mut first = own + masses.len();
+        let [products, closures] = [true, false].map(|of_tree| {
+            let (sums, more) = RowSums::of(rows(of_tree), first);
+            factors.iter_mut().zip(more).for_each(|(factors, more)| factors.extend(more));
+            first += sums.len();
+            sums
+        });
+        let sides = SideSums::of(mechanism, tangents, first).map(|(sums, more)| {
+            factors.iter_mut().zip(more).for_each(|(factors, more)| factors.extend(more));
+            sums
+        });
         let touches = |k: &usize| parameters[*k].touches_more();
         let beside = (0..own).filter(touches).collect();
-        Ok(Self { parameters, beside, masses, products, factors })
+        Ok(Self { parameters, beside, masses, products, closures, sides, factors })
     }
+}
+
+/// Which constraints are of joints of the tree.
+fn rows_in_tree(mechanism: &Mechanism) -> Vec<bool> {
+    let mut in_tree = vec![false; mechanism.len()];
+    for (k, link) in links_of_joints(mechanism).iter().enumerate() {
+        in_tree[mechanism.joint_rows(k)].fill(link.is_some());
+    }
+    in_tree
 }
 
 /// The numbers that change.
@@ -311,7 +338,9 @@ impl Design for MechanismDesign {
     }
 
     fn sums(&self) -> usize {
-        self.parameters.len() + self.masses.len() + self.products.len()
+        let of_rows = self.products.len() + self.closures.len();
+        let of_sides = self.sides.as_ref().map_or(0, SideSums::len);
+        self.parameters.len() + self.masses.len() + of_rows + of_sides
     }
 
     fn add_adjoint(
@@ -330,7 +359,11 @@ impl Design for MechanismDesign {
             self.masses.add(at.interval(), costates, sums);
         }
         if at.has_rows() {
-            self.products.add(at.interval(), impulse, costates, sums);
+            self.closures.add(at.interval(), impulse, costates, sums);
+            match self.sides.as_ref().filter(|_| !costates.moved[0].is_empty()) {
+                Some(sides) => sides.add(at.interval(), costates, sums),
+                None => self.products.add(at.interval(), impulse, costates, sums),
+            }
         }
     }
 
@@ -343,5 +376,9 @@ impl Design for MechanismDesign {
     fn moves_constraints(&self) -> bool {
         let moves = |own: &Parameter| !(own.products.is_empty() && own.rows.is_empty());
         self.parameters.iter().any(moves)
+    }
+
+    fn reads_moved(&self) -> bool {
+        self.sides.is_some()
     }
 }

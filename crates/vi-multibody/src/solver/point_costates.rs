@@ -177,7 +177,7 @@ impl PointCostates {
             w: [zeros(), zeros()],
             x: vec![zeros(); s + 1],
             scratch: zeros(),
-            joints: (along == Tangents::OfBodies).then(|| Joints::new(mechanism, s)),
+            joints: (along != Tangents::OfMechanism).then(|| Joints::new(mechanism, s)),
             m: vec![0.0; d],
         })
     }

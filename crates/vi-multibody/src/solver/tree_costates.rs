@@ -9,7 +9,9 @@
 //! ```
 //! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), or costates
 //! of joints are wanted ([`JointCostates`]), multipliers need the whole balance: `p̄` is held, and
-//! the change of the gradients at `q_{n+1}` is a part of `c`.
+//! the change of the gradients at `q_{n+1}` is a part of `c`. Along mechanisms next to this one the
+//! curvature is that of `P` as well, of `w` with these efforts, and `crate::sweep::moved_joints`
+//! has what the joints give by their geometry.
 //!
 //! Where impulses of constraints cost, `G μ = r` with `r = −∂J/∂(h λ)`:
 //! ```text
@@ -24,6 +26,7 @@ use super::tree_step::body_forces::BodyForces;
 use super::tree_step::emitted::Emitted;
 use super::tree_step::workspace::Workspace;
 use crate::mechanism::Mechanism;
+use crate::sweep::moved_joints::NUMBERS;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
 use vi_constraints::costate_sweep::{CostateSweep, ImpulseCost, PartVisitor, Tangents};
@@ -45,16 +48,18 @@ pub(in crate::solver) struct TreeCostates {
     along: Vec<Along>,
     loops: Option<LoopCostates>,
     joints: Option<JointCostates>,
-    other: Option<Emitted>, // −h times the blocks of what else acts, transposed
-    weight: Vec<f64>,       // n  constant forces
-    w: Vec<f64>,            // n
-    mu: Vec<f64>,           // n
-    momentum: Vec<f64>,     // n  b'
-    rest: Vec<f64>,         // d  u = 0
-    m: Vec<f64>,            // d
-    moved: Vec<f64>,        // n  μ_J
-    wanted: Vec<f64>,       // of the constraints  r
-    none: Vec<f64>,         // of the constraints
+    changes: Option<[Vec<f64>; 2]>, // of all links  Costates::moved
+    by_rows: bool,                  // whether the last step has the multipliers of all joints
+    other: Option<Emitted>,         // −h times the blocks of what else acts, transposed
+    weight: Vec<f64>,               // n  constant forces
+    w: Vec<f64>,                    // n
+    mu: Vec<f64>,                   // n
+    momentum: Vec<f64>,             // n  b'
+    rest: Vec<f64>,                 // d  u = 0
+    m: Vec<f64>,                    // d
+    moved: Vec<f64>,                // n  μ_J
+    wanted: Vec<f64>,               // of the constraints  r
+    none: Vec<f64>,                 // of the constraints
 }
 
 impl TreeCostates {
@@ -80,10 +85,14 @@ impl TreeCostates {
         let (n, d) = (weight.len(), tree.dof());
         let other = system.has_other_forces(&[]).then(|| Emitted::new(tree.links().len(), 0));
         let closed = !closures.is_empty();
-        let joints = (along == Tangents::OfBodies).then(|| JointCostates::new(mechanism));
+        let joints = (along != Tangents::OfMechanism).then(|| JointCostates::new(mechanism));
+        let changes = (along == Tangents::OfMovedMechanism)
+            .then(|| [(); 2].map(|()| vec![0.0; NUMBERS * tree.links().len()]));
         let along = system.along_unknowns().map(|own| Along::of(own, &at));
         Some(Self {
             joints,
+            changes,
+            by_rows: false,
             loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
             along: along.collect(),
             other,
@@ -144,6 +153,16 @@ impl TreeCostates {
         }
     }
 
+    /// Whether the joints have multipliers in this step, or what follows from `P`.
+    fn choose(&mut self, costs: bool) {
+        let Self { joints: Some(joints), by_rows, changes, .. } = self else { return };
+        let were = std::mem::replace(by_rows, costs || changes.is_none());
+        if were && !*by_rows {
+            joints.impulse.fill(0.0);
+            joints.rows.fill(0.0);
+        }
+    }
+
     /// `w` without what acts along unknowns and the rows of loops; the links are then open at
     /// `q_{n+1}`.
     fn take_balance(
@@ -168,7 +187,8 @@ impl TreeCostates {
         loops.as_mut().map_or(Ok(()), |loops| loops.balance(at, s, w))
     }
 
-    /// Finds `h λ` of the joints: they balance `w` with what acts along unknowns.
+    /// Finds `h λ` of the joints: they balance `w` with what acts along unknowns, which `w` takes
+    /// where they are not looked for.
     fn take_joints(
         &mut self,
         system: &SeparableSystem,
@@ -176,13 +196,16 @@ impl TreeCostates {
         s: &Interval,
     ) -> Result<(), Singular> {
         let Self { joints: Some(joints), w, along, .. } = self else { return Ok(()) };
-        joints.start.copy_from_slice(w);
         for (along, own) in along.iter().zip(system.along_unknowns()) {
-            own.force.add_gradient(&s.q0, along.impulse, &mut joints.start);
+            own.force.add_gradient(&s.q0, along.impulse, w);
         }
         if let Some(loops) = &self.loops {
             loops.give_impulses(&joints.closures, &mut joints.impulse);
         }
+        if !self.by_rows {
+            return Ok(());
+        }
+        joints.start.copy_from_slice(w);
         joints.balance(mechanism, s)
     }
 
@@ -219,10 +242,12 @@ impl TreeCostates {
         s: &Interval,
         [a, b]: [&mut [f64]; 2],
     ) -> Result<(), Singular> {
-        let Self { joints: Some(joints), loops, along, m, mu, other, .. } = self else {
+        let Self { joints: Some(joints), loops, along, m, mu, other, by_rows, .. } = self else {
             return Ok(());
         };
-        joints.bend(s, mu, a);
+        if *by_rows {
+            joints.bend(s, mu, a);
+        }
         // c − Aᵀ μ
         let r = &mut joints.end;
         if other.is_some() {
@@ -236,6 +261,10 @@ impl TreeCostates {
         if let Some(loops) = loops {
             let JointCostates { closures, end, rows, .. } = joints;
             loops.give(s, closures, end, rows);
+        }
+        if let Some([_, end]) = self.changes.as_mut().filter(|_| !*by_rows) {
+            self.at.moved_at_end(s, [&joints.end, &self.momentum, mu], end);
+            return Ok(());
         }
         joints.press(mechanism, s)
     }
@@ -266,6 +295,7 @@ impl TreeCostates {
         cost: Option<&mut ImpulseCost<'_>>,
     ) -> Result<(), LinearizationError> {
         let ([s], costs) = (points, cost.is_some()) else { return Err(Singular.into()) };
+        self.choose(costs);
         self.momentum.copy_from_slice(b);
         if self.holds_efforts() {
             self.hold_efforts(system, s, [a, b]);
@@ -290,7 +320,7 @@ impl TreeCostates {
         }
         self.at.weigh(s, a, b, &mut self.m); // P(q_{n+1})ᵀ c
         self.take_efforts(system, s);
-        let Self { at, loops, joints, other, w, m, mu, rest, moved, .. } = self;
+        let Self { at, loops, joints, changes, other, w, m, mu, rest, moved, by_rows, .. } = self;
         m.iter_mut().for_each(|m| *m *= -s.h);
         let blocks = other.as_ref().map_or(&[][..], |other| &other.blocks);
         if let Some(loops) = loops {
@@ -300,15 +330,18 @@ impl TreeCostates {
         if !m.iter().all(|m| m.is_finite()) {
             return Err(Singular.into());
         }
-        if joints.is_some() {
+        if *by_rows {
             w.fill(0.0); // the curvature is that of their rows, not of P
         }
         at.pull(s, (w, m), [a, b, mu]);
+        if let Some([start, _]) = changes.as_mut().filter(|_| !*by_rows) {
+            at.moved_at_start(s, m, start);
+        }
         if costs {
             let all = b.iter_mut().zip(mu).zip(moved);
             all.for_each(|((b, mu), moved)| (*b, *mu) = (*b - *moved, *mu + *moved));
         }
-        if let Some(joints) = joints {
+        if let Some(joints) = joints.as_mut().filter(|_| *by_rows) {
             joints.end.iter_mut().zip(&*a).for_each(|(r, a)| *r -= a); // + (M/h)(b' + μ)
         }
         if let Some(loops) = loops {
@@ -379,6 +412,11 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         let none = [&self.none, &self.none];
         let [impulse, rows] =
             self.joints.as_ref().map_or(none, |joints| [&joints.impulse, &joints.rows]);
-        visit(Place::Step(s), impulse, Costates { step: &self.mu, momentum: &self.momentum, rows });
+        let moved = match self.changes.as_ref().filter(|_| !self.by_rows) {
+            Some([start, end]) => [&start[..], end],
+            None => [&[][..]; 2],
+        };
+        let (step, momentum) = (&self.mu[..], &self.momentum[..]);
+        visit(Place::Step(s), impulse, Costates { step, momentum, rows, moved });
     }
 }

@@ -21,6 +21,7 @@
 use super::columns::{Act, Axis, Motion};
 use super::link::{ColumnWork, Link, Work};
 use super::place::{Place, balance, momenta};
+use super::pull_back::hand_on;
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Constant, Number, Space, Vector};
 
@@ -57,7 +58,7 @@ pub(crate) struct Pulled<'a, N> {
 }
 
 /// `μ`, `b` and `a` from the twists and the rates `m` at the start of the step; `at`: `q_n` and
-/// `w`.
+/// `w`. The wrenches of the links are `F` then.
 #[inline(always)]
 pub(crate) fn pull<S: Space>(
     s: S,
@@ -73,7 +74,7 @@ pub(crate) fn pull<S: Space>(
     let mut carried = Screw::zero(s); // by the link before
     for (k, link) in links.iter().enumerate().rev() {
         let F = works[k].wrench.take(s).plus(carried);
-        carried = Screw::zero(s);
+        (works[k].wrench, carried) = (F.held(), Screw::zero(s));
         bend_axes(s, link, F, m, out.a);
         let Some(parent) = link.parent else { continue };
         bend_lever(s, link, F.linear.cross(s.take(&works[parent].twist.angular)), out.a);
@@ -82,11 +83,7 @@ pub(crate) fn pull<S: Space>(
             _ => F,
         };
         let transmitted = transmitted.at_start_of(s.take(&works[k].lever_next));
-        if link.follows_parent {
-            carried = transmitted;
-        } else {
-            works[parent].wrench = works[parent].wrench.take(s).plus(transmitted).held();
-        }
+        hand_on(s, link, works, transmitted, &mut carried);
     }
 }
 

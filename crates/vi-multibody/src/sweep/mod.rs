@@ -38,6 +38,7 @@ pub(crate) mod coupled;
 pub(crate) mod eliminate;
 pub(crate) mod finish;
 pub(crate) mod link;
+pub(crate) mod moved_joints;
 pub(crate) mod open;
 pub(crate) mod place;
 pub(crate) mod point_costate;

@@ -38,13 +38,28 @@ pub(crate) fn pull_back<S: Space>(
                 s.write(wrench.angular, r, link.unknown + 3);
             }
         }
-        let Some(parent) = link.parent else { continue };
-        let transmitted = wrench.at_start_of(lever(s, work)); // (75)
-        if link.follows_parent {
-            carried = transmitted;
-        } else {
-            works[parent].wrench = works[parent].wrench.take(s).plus(transmitted).held();
+        if link.parent.is_some() {
+            let transmitted = wrench.at_start_of(lever(s, work)); // (75)
+            hand_on(s, link, works, transmitted, &mut carried);
         }
+    }
+}
+
+/// Gives the wrench that a joint transmits to the parent of its link: in `carried` where that is
+/// next, otherwise in its sum.
+#[inline(always)]
+pub(super) fn hand_on<S: Space>(
+    s: S,
+    link: &Link<S::Store>,
+    works: &mut [Work<S::Store>],
+    transmitted: Screw<S::Vector>,
+    carried: &mut Screw<S::Vector>,
+) {
+    let Some(parent) = link.parent else { return };
+    if link.follows_parent {
+        *carried = transmitted;
+    } else {
+        works[parent].wrench = works[parent].wrench.take(s).plus(transmitted).held();
     }
 }
 

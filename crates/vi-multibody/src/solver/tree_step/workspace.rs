@@ -11,7 +11,7 @@ use crate::sweep::coupled::{self, Couplings};
 use crate::sweep::eliminate::{self, Part};
 use crate::sweep::finish::{self, Ends, Next};
 use crate::sweep::link::{self, ColumnWork, Gain, Link, Sums, Work};
-use crate::sweep::{open, pull_back, substitute, velocity};
+use crate::sweep::{moved_joints, open, pull_back, substitute, velocity};
 use crate::tree::Tree;
 use nalgebra::Matrix4;
 use std::ops::Range;
@@ -202,6 +202,21 @@ impl Workspace {
         pull_links(&self.links, &mut self.works, 1.0 / s.h, ([&s.q0, w], m), pulled);
     }
 
+    /// [`moved_joints::at_start`] with `m`, after [`Workspace::pull`].
+    pub(in crate::solver) fn moved_at_start(&self, s: &Interval, m: &[f64], out: &mut [f64]) {
+        moved_at_start(&self.links, &self.works, [&s.q0, m], out);
+    }
+
+    /// [`moved_joints::at_end`] with what is not inertia of `c − Aᵀ μ`, `b'` and `μ`.
+    pub(in crate::solver) fn moved_at_end(
+        &mut self,
+        s: &Interval,
+        [c, b, mu]: [&[f64]; 3],
+        out: &mut [f64],
+    ) {
+        moved_at_end(&self.links, &mut self.works, 1.0 / s.h, [&s.q1, c, b, mu], out);
+    }
+
     /// [`velocity::push_forward`].
     pub(in crate::solver) fn push_forward(&self, q: &[f64], v: &mut [f64]) {
         push_forward_links(&self.links, &self.works, q, v);
@@ -301,6 +316,21 @@ sweep! {
     ) -> ()
 }
 use costate::pull as sweep_pull;
+
+sweep! {
+    moved_at_start = sweep_moved_at_start(
+        links: &'a [Link<One>], works: &'a [Work<One>], at: [&'a [f64]; 2], out: &'a mut [f64]
+    ) -> ()
+}
+use moved_joints::at_start as sweep_moved_at_start;
+
+sweep! {
+    moved_at_end = sweep_moved_at_end(
+        links: &'a [Link<One>], works: &'a mut [Work<One>], rate: f64, at: [&'a [f64]; 4],
+        out: &'a mut [f64]
+    ) -> ()
+}
+use moved_joints::at_end as sweep_moved_at_end;
 
 sweep! {
     push_forward_links = sweep_push_forward(

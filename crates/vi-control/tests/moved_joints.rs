@@ -1,0 +1,154 @@
+//! Gradients by the geometry of joints without their multipliers are those with them.
+
+use crate::costates::random_mechanism;
+use crate::runs::{four_bar, run};
+use nalgebra::Vector3;
+use vi_constraints::costate_sweep::Tangents;
+use vi_constraints::design::{Costates, Design, Place};
+use vi_constraints::{Constraints, Options, SchemeKind};
+use vi_control::objective::{Last, PointComponent, Running};
+use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
+use vi_core::linear::norm_inf;
+use vi_core::{Composition, MechanicalSystem, Quadrature};
+use vi_multibody::builder::ForceElements;
+use vi_multibody::design::{JointTangent, MechanismDesign, MechanismTangent, SideTangent};
+use vi_multibody::form::Form;
+use vi_multibody::joint::Side;
+use vi_multibody::run::MechanismIntegrator;
+use vi_testkit::Sample;
+
+/// A design that asks for multipliers.
+struct ByRows<'a>(&'a MechanismDesign);
+
+impl Design for ByRows<'_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+    fn add_tangent(
+        &self,
+        k: usize,
+        at: Place<'_>,
+        impulse: &[f64],
+        minus: &mut [f64],
+        plus: &mut [f64],
+        rows: &mut [f64],
+    ) {
+        self.0.add_tangent(k, at, impulse, minus, plus, rows);
+    }
+    fn sums(&self) -> usize {
+        self.0.sums()
+    }
+    fn add_adjoint(
+        &self,
+        at: Place<'_>,
+        impulse: &[f64],
+        costates: Costates<'_>,
+        sums: &mut [f64],
+    ) {
+        assert!(costates.moved[0].is_empty());
+        self.0.add_adjoint(at, impulse, costates, sums);
+    }
+    fn add_gradient(&self, sums: &[f64], out: &mut [f64]) {
+        self.0.add_gradient(sums, out);
+    }
+    fn moves_constraints(&self) -> bool {
+        self.0.moves_constraints()
+    }
+}
+
+/// A side that shifts and turns.
+fn moved(side: &Side, sample: &mut Sample) -> SideTangent {
+    let (anchor, turn): (Vector3<f64>, Vector3<f64>) = (sample.vector(), sample.vector());
+    SideTangent { anchor, axes: turn.cross_matrix() * side.axes }
+}
+
+/// A change of each joint, and one of all of them, but of screws.
+fn tangents(run: &MechanismIntegrator, sample: &mut Sample) -> Vec<MechanismTangent> {
+    let joints = &run.constraints().description().joints;
+    let mut all = MechanismTangent::default();
+    let mut list = Vec::new();
+    for (k, joint) in joints.iter().enumerate().filter(|(_, own)| own.kind.pitch().is_none()) {
+        let [parent, child] = [&joint.parent, &joint.child].map(|side| moved(side, sample));
+        let change = JointTangent { parent, child, pitch: 0.0 };
+        let mut tangent = MechanismTangent::default();
+        tangent.joints.insert(k, change);
+        all.joints.insert(k, change);
+        list.push(tangent);
+    }
+    list.push(all);
+    list
+}
+
+fn objective(run: &MechanismIntegrator) -> Objective {
+    let n = run.constraints().dim();
+    let point = |axis| PointComponent { point: Form::particle(n - 12, 3), axis };
+    let running = Running { quantity: point(0), target: 0.3 };
+    Objective::new().with(1.0, Last(point(2))).with(2.0, running)
+}
+
+/// The gradients of some steps by both ways, relative to the largest entry; `None` where the
+/// sweeps over links do not apply.
+fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
+    let along = Tangents::OfMovedMechanism;
+    run.costate_sweep(along)?;
+    let tangents = tangents(run, sample);
+    let (mass, none) = (run.system().mass(), ForceElements::default());
+    let quadrature = Quadrature::Midpoint;
+    let design = MechanismDesign::new(run.constraints(), &none, mass, quadrature, &tangents);
+    let (design, controls, objective) = (design.unwrap(), Controls::default(), objective(run));
+    assert!(design.reads_moved());
+    let rows = ByRows(&design);
+    let start = run.state().clone();
+    let [by_sides, by_rows] = [&design as &dyn Design, &rows].map(|design| {
+        let task = Task {
+            steps,
+            objective: &objective,
+            controls: &controls,
+            design: Some(design),
+            by_step: false,
+            checkpoints: Checkpoints::Every(3),
+        };
+        run.place_at(&start);
+        Gradient::of(run, &task).unwrap()
+    });
+    let size = |x: &[f64]| norm_inf(x).max(1e-3);
+    let off = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
+    let apart = |x: &[f64], y: &[f64]| norm_inf(&off(x, y)) / size(y);
+    let parameters = apart(&by_sides.parameters, &by_rows.parameters);
+    Some(parameters.max(apart(&by_sides.initial.q, &by_rows.initial.q)))
+}
+
+/// A planar four-bar linkage: rows that depend on others, a spring, a motor.
+#[test]
+fn of_a_redundant_loop() {
+    let (mut run, ..) = run(four_bar(), SchemeKind::Nodal, Composition::Identity, 7);
+    assert!(run.rows().len() < run.constraints().len());
+    let off = difference(&mut run, &mut Sample::new(22), 7).expect("few loops");
+    println!("with and without multipliers differ by {off:.1e}");
+    assert!(off < 1e-11, "{off:e}");
+}
+
+#[test]
+fn of_random_trees_and_loops() {
+    let mut sample = Sample::new(21);
+    let (mut worst, mut compared) = (0.0, [0; 2]);
+    for seed in 0..80 {
+        for (loaded, kept) in [(false, 0), (true, 0), (false, 1), (true, 2)] {
+            let compositions = [Composition::Identity, Composition::KahanLi9];
+            let options = Options::new(SchemeKind::Nodal, 0.02);
+            let options = options.composition(compositions[usize::from(seed % 5 == 0 && !loaded)]);
+            if let Some(mut run) =
+                random_mechanism(1 + seed as usize % 7, seed, (loaded, kept), options)
+                && run.rows().len() == run.constraints().len()
+                && let Some(off) = difference(&mut run, &mut sample, 7)
+            {
+                assert!(off < 1e-10, "seed {seed}, {kept} distances, loaded {loaded}: {off:e}");
+                (worst, compared[kept.min(1)]) = (off.max(worst), compared[kept.min(1)] + 1);
+            }
+        }
+    }
+    println!(
+        "with and without multipliers differ by {worst:.1e} at most on {compared:?} mechanisms"
+    );
+    assert!(compared[0] > 100 && compared[1] > 50, "{compared:?}");
+}
