@@ -98,6 +98,23 @@ pub trait DiscreteForce: Send + Sync {
     );
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    /// Emits `by_q ∂f/∂q + by_v ∂f/∂v`, what has no factor left out: always the same places in the
+    /// same order where the same factors are zero. What vanishes for all configurations may be left
+    /// out as well.
+    fn add_gauss_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        [by_q, by_v]: [f64; 2],
+        out: &mut dyn Entries,
+    ) {
+        if by_q != 0.0 {
+            self.add_position_slope(at, v, by_q, out);
+        }
+        if by_v != 0.0 {
+            self.add_damping(at, v, by_v, out);
+        }
+    }
     /// Emits `scale ∂f/∂z`, rows of coordinates, columns of all internal variables of the system:
     /// states of signals that the force reads.
     fn add_state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}

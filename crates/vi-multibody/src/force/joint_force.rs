@@ -403,6 +403,27 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     ) {
         self.emit_position_slopes(at, v, (scale, true), out);
     }
+    fn add_gauss_slopes(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        [by_q, by_v]: [f64; 2],
+        out: &mut dyn Entries,
+    ) {
+        if self.law.is_given() {
+            if by_q != 0.0 {
+                let effort = self.law.effort(at.t, 0.0, 0.0);
+                self.coordinate.emit_second(at.q, by_q * effort, out);
+            }
+            return;
+        }
+        if by_q != 0.0 {
+            self.emit_position_slopes(at, v, (by_q, true), out);
+        }
+        if by_v != 0.0 {
+            self.add_damping(at, v, by_v, out);
+        }
+    }
     fn acts_from_ground(&self) -> bool {
         self.coordinate.is_length_from_ground()
     }

@@ -13,6 +13,7 @@ mod law_along;
 mod loop_costates;
 mod member_blocks;
 mod point_costates;
+mod point_slopes;
 mod quantity_efforts;
 pub mod run;
 mod screws;

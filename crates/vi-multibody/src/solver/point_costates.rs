@@ -10,28 +10,23 @@
 //! ```
 #![allow(non_snake_case)] // K
 
-use super::body_blocks::{couples_beyond_parents, couples_bodies};
 use super::joint_costates::JointNodes;
+use super::point_slopes::PointSlopes;
 use super::tree_step::body_forces::initial_interval;
-use super::tree_step::emitted::Emitted;
 use super::tree_step::space::SPACE;
 use super::tree_step::workspace::Workspace;
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::One;
 use crate::mechanism::Mechanism;
 use crate::sweep::coupled::Couplings;
-use crate::sweep::link::Link;
 use crate::sweep::point_costate::{Acting, PointTree};
-use crate::tree::Tree;
 use vi_constraints::Constraints;
 use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::galerkin::Parts;
 use vi_constraints::galerkin::control_points::ControlPoints;
-use vi_constraints::galerkin::{GaussSlopes, Parts};
 use vi_constraints::linearization::Costate;
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
-use vi_core::sparse::{Block, Entries, Product};
 use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 
 /// The costates of trees of bodies that are coupled at most with their parents, `O(N)`.
@@ -75,9 +70,7 @@ impl Joints {
 /// What acts beside inertia and constant forces.
 #[derive(Debug)]
 struct Forces {
-    tree: Tree,
-    slopes: GaussSlopes,
-    emitted: Emitted,
+    slopes: PointSlopes,
     acting: Acting, // h H_ijᵀ
 }
 
@@ -88,62 +81,18 @@ impl Forces {
         system: &SeparableSystem,
         stages: Stages,
     ) -> Option<Option<Self>> {
-        let s = initial_interval(mechanism);
-        let slopes =
-            |out: &mut dyn Entries| system.gauss_slopes(s.start(), &s.v_mid, [1.0; 2], out);
-        let tree = mechanism.tree();
-        if couples_beyond_parents(tree, &slopes) {
-            return None;
-        }
         if !system.has_variable_forces() {
             return Some(None);
         }
+        let (tree, start) = (mechanism.tree(), initial_interval(mechanism));
+        let slopes = PointSlopes::new((tree, system), &start, stages.count())?;
         let (links, count) = (tree.links().len(), stages.count() * stages.count());
-        let (coupled, emitted) = (couples_bodies(&slopes), Emitted::new(links, 0));
-        let couplings = || Couplings::new(SPACE, links, 0);
-        Some(Some(Self {
-            tree: tree.clone(),
-            slopes: GaussSlopes::new(stages),
-            emitted: if coupled { emitted.with_couplings() } else { emitted },
-            acting: Acting {
-                blocks: vec![vec![Spatial::default(); links]; count],
-                couplings: (0..if coupled { count } else { 0 }).map(|_| couplings()).collect(),
-            },
-        }))
-    }
-
-    /// Finds the blocks between all control points.
-    fn assemble(&mut self, system: &SeparableSystem, points: &ControlPoints, links: &[Link<One>]) {
-        let Self { tree, slopes, emitted, acting } = self;
-        slopes.differentiate(system, points);
-        let s = points.stages();
-        for (place, blocks) in acting.blocks.iter_mut().enumerate() {
-            let (j, i) = (place / s + 1, place % s);
-            let emit = |into: &mut dyn Entries| {
-                let (row, column, scale) = (0, 0, 1.0);
-                let mut into = Block { into, row, column, scale, transposed: true };
-                slopes.emit(system, points, (i, j), &mut into);
-            };
-            let ends = [points.q(j), points.q(i)];
-            emitted.assemble(&emit, (tree, links), ends, 1.0);
-            blocks.copy_from_slice(&emitted.blocks);
-            if let Some(couplings) = acting.couplings.get_mut(place) {
-                emitted.write_couplings(links, ends, &mut couplings.links);
-            }
-        }
-    }
-
-    /// `out ← out + scale (h H_ij)ᵀ v`.
-    fn transposed(
-        &self,
-        (system, points): (&SeparableSystem, &ControlPoints),
-        at: (usize, usize),
-        (scale, v): (f64, &[f64]),
-        out: &mut [f64],
-    ) {
-        let into = &mut Product { v, out };
-        let mut into = Block { into, row: 0, column: 0, scale, transposed: true };
-        self.slopes.emit(system, points, at, &mut into);
+        let coupled = if slopes.couple_bodies() { count } else { 0 };
+        let acting = Acting {
+            blocks: vec![vec![Spatial::default(); links]; count],
+            couplings: (0..coupled).map(|_| Couplings::new(SPACE, links, 0)).collect(),
+        };
+        Some(Some(Self { slopes, acting }))
     }
 }
 
@@ -198,20 +147,24 @@ impl PointCostates {
             all.bend(&at.links, (l, h), w);
         }
         if let Some(forces) = forces {
-            forces.assemble(system, own, &at.links);
+            forces.slopes.differentiate(system, own);
+            forces.slopes.project(own, &at.links, &mut forces.acting);
         }
     }
 
     /// Takes `h c_l = δ_ls h a' + (h H_sl)ᵀ b'`.
-    fn load(&mut self, system: &SeparableSystem, costate: &Costate) {
+    fn load(&mut self, costate: &Costate) {
         let Self { points, all, at, forces, scratch, .. } = self;
         let (s, h) = (points.stages(), points.h());
+        if let Some(forces) = forces {
+            forces.slopes.take(points, std::iter::once((s, &costate.p[..])));
+        }
         for l in 1..=s {
             let (mut scale, mut more) = (h, if l == s { &costate.q[..] } else { &[] });
             if let Some(forces) = forces {
                 scratch.fill(0.0);
                 more.iter().zip(&mut *scratch).for_each(|(a, more)| *more = h * a);
-                forces.transposed((system, points), (s, l), (1.0, &costate.p), scratch);
+                forces.slopes.add(points, l, 1.0, scratch);
                 (scale, more) = (1.0, &scratch[..]);
             }
             all.load(&at.links, l, &costate.p, (scale, more));
@@ -258,9 +211,9 @@ impl PointCostates {
             for (i, x) in x.iter().enumerate() {
                 let K = points.constants().K[(i, j)];
                 scratch.iter_mut().zip(x).for_each(|(sum, x)| *sum += K * x);
-                if let Some(forces) = forces {
-                    forces.transposed((system, points), (i, j), (1.0 / h, x), end);
-                }
+            }
+            if let Some(forces) = forces {
+                forces.slopes.add(points, j, 1.0 / h, end);
             }
             system.inertia().mul_add(1.0 / h, scratch, end);
             if j < s {
@@ -273,7 +226,7 @@ impl PointCostates {
     }
 
     /// The costate at `q_n` from all `x_i`.
-    fn give(&mut self, system: &SeparableSystem, costate: &mut Costate) {
+    fn give(&mut self, costate: &mut Costate) {
         let Self { points, all, at, forces, joints, w: [first, _], x, scratch, m, .. } = self;
         let (step, K) = (points.step(), &points.constants().K);
         let Costate { q: a, p: b, .. } = costate;
@@ -289,9 +242,7 @@ impl PointCostates {
             all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
         }
         if let Some(forces) = forces {
-            for (i, x) in x.iter().enumerate() {
-                forces.transposed((system, points), (i, 0), (1.0 / step.h, x), a);
-            }
+            forces.slopes.add(points, 0, 1.0 / step.h, a);
         }
     }
 }
@@ -316,7 +267,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
     ) -> Result<(), Singular> {
         self.stand(system, points, p);
         self.take_joints(system, mechanism)?;
-        self.load(system, costate);
+        self.load(costate);
         let solvable = self.all.solve(&self.at.links, self.forces.as_ref().map(|own| &own.acting));
         let s = self.points.stages();
         for (i, x) in self.x[..s].iter_mut().enumerate() {
@@ -324,8 +275,12 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
             x.iter_mut().for_each(|x| *x = -*x); // x_i = −μ_i
         }
         self.x[s].copy_from_slice(&costate.p);
+        if let Some(Forces { slopes, .. }) = &mut self.forces {
+            let x = self.x.iter().map(|x| &x[..]);
+            slopes.take(&self.points, x.enumerate());
+        }
         self.give_joints(system, mechanism, &costate.q)?;
-        self.give(system, costate);
+        self.give(costate);
         if !solvable || !self.m.iter().all(|m| m.is_finite()) {
             return Err(Singular);
         }

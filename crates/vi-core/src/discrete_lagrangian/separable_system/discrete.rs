@@ -63,18 +63,11 @@ impl DiscreteLagrangian for SeparableSystem {
         self.potentials().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
-    fn gauss_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        [by_q, by_v]: [f64; 2],
-        out: &mut dyn Entries,
-    ) {
-        self.gauss_potentials().for_each(|potential| potential.add_hessian(at, -by_q, out));
-        for force in self.gauss_forces() {
-            force.add_position_slope(at, v, by_q, out);
-            force.add_damping(at, v, by_v, out);
+    fn gauss_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
+        if by[0] != 0.0 {
+            self.gauss_potentials().for_each(|potential| potential.add_hessian(at, -by[0], out));
         }
+        self.gauss_forces().for_each(|force| force.add_gauss_slopes(at, v, by, out));
     }
 
     fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
