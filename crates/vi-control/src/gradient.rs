@@ -193,8 +193,6 @@ impl Gradient {
             return Err(GradientError::NotDifferentiable { what });
         }
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
-        let settles = along == Tangents::OfMovedMechanism
-            && fast.as_ref().is_some_and(|own| own.takes_impulses());
         let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         task.objective.follow(state, Seen::First);
@@ -203,7 +201,7 @@ impl Gradient {
             task,
             start: state.t,
             costates: fast.unwrap_or_else(general),
-            settles,
+            settles: along == Tangents::OfMovedMechanism,
             forces: NodeForces::zero(n, m),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
@@ -488,7 +486,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             };
             costates.pull_with(system, constraints, (points, p), costate, &mut cost)
         } else if self.settles && is_first {
-            costates.pull_with(system, constraints, (points, p), costate, &mut |_, _| {})
+            costates.pull_by_rows(system, constraints, points, p, costate).map_err(Into::into)
         } else {
             costates.pull(system, constraints, points, p, costate).map_err(Into::into)
         }

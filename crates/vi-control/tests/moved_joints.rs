@@ -8,6 +8,7 @@ use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_control::objective::{Last, PointComponent, Running};
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
+use vi_core::galerkin::Stages;
 use vi_core::linear::norm_inf;
 use vi_core::{Composition, MechanicalSystem, Quadrature};
 use vi_multibody::builder::ForceElements;
@@ -116,6 +117,27 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let apart = |x: &[f64], y: &[f64]| norm_inf(&off(x, y)) / size(y);
     let parameters = apart(&by_sides.parameters, &by_rows.parameters);
     Some(parameters.max(apart(&by_sides.initial.q, &by_rows.initial.q)))
+}
+
+#[test]
+fn of_random_trees_by_galerkin_steps() {
+    let mut sample = Sample::new(23);
+    let (mut worst, mut compared) = (0.0, 0);
+    for seed in 0..60 {
+        for loaded in [false, true] {
+            let stages = Stages::new(1 + seed as usize % 4).unwrap();
+            let options = Options::new(SchemeKind::Nodal, 0.02).galerkin(stages);
+            let bodies = 1 + seed as usize % 7;
+            if let Some(mut run) = random_mechanism(bodies, seed, (loaded, 0), options)
+                && let Some(off) = difference(&mut run, &mut sample, 4)
+            {
+                assert!(off < 1e-10, "seed {seed}, loaded {loaded}: {off:e}");
+                (worst, compared) = (off.max(worst), compared + 1);
+            }
+        }
+    }
+    println!("by Galerkin steps they differ by {worst:.1e} at most on {compared} trees");
+    assert!(compared > 80, "{compared}");
 }
 
 /// A planar four-bar linkage: rows that depend on others, a spring, a motor.

@@ -43,6 +43,22 @@ pub trait CostateSweep<S, C> {
         costate: &mut Costate,
     ) -> Result<(), Singular>;
 
+    /// The same with multipliers of all rows between bodies: `a` then counts along all motions of
+    /// rigid bodies, whatever [`Tangents`] were chosen.
+    ///
+    /// # Errors
+    /// [`Singular`].
+    fn pull_by_rows(
+        &mut self,
+        system: &S,
+        constraints: &C,
+        points: &[Interval],
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        self.pull(system, constraints, points, p, costate)
+    }
+
     /// Whether it takes what impulses of constraints cost ([`CostateSweep::pull_with`]).
     fn takes_impulses(&self) -> bool {
         false
@@ -64,7 +80,7 @@ pub trait CostateSweep<S, C> {
     }
 
     /// Visits the parts of the equations of the last step with `h λ`, shape `m`, and costates; both
-    /// of rows count with [`Tangents::OfBodies`] and after [`CostateSweep::pull_with`].
+    /// of rows count with [`Tangents::OfBodies`], and where they were asked for.
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>);
 }
 

@@ -8,6 +8,8 @@
 //! ```text
 //! w_i = G(q_i)ᵀ Λ_i,   δ_js a' + Σ_i H_ijᵀ x_i = G(q_j)ᵀ σ_j                                 [2.50]
 //! ```
+//! Along mechanisms next to this one the curvature is that of `w_i·P(q_i) μ_i`, and
+//! `crate::sweep::moved_joints` has what the joints give by their geometry at each control point.
 #![allow(non_snake_case)] // K
 
 use super::joint_costates::JointNodes;
@@ -18,9 +20,11 @@ use super::tree_step::workspace::Workspace;
 use crate::geometry::matrix::Spatial;
 use crate::mechanism::Mechanism;
 use crate::sweep::coupled::Couplings;
+use crate::sweep::moved_joints::NUMBERS;
 use crate::sweep::point_costate::{Acting, PointTree};
 use vi_constraints::Constraints;
 use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::design::Costates;
 use vi_constraints::galerkin::Parts;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::linearization::Costate;
@@ -41,30 +45,61 @@ pub(in crate::solver) struct PointCostates {
     x: Vec<Vec<f64>>,  // (s + 1) × n
     scratch: Vec<f64>, // n
     joints: Option<Joints>,
-    m: Vec<f64>, // d
+    by_rows: bool, // whether the last step has the multipliers of all joints
+    m: Vec<f64>,   // d
 }
 
 /// The joints during a step backward.
 #[derive(Debug)]
 struct Joints {
     all: JointNodes,
-    balance: Vec<Vec<f64>>,  // s × n  w_i, then y_i
-    impulses: Vec<Vec<f64>>, // s × m  Λ_i
-    sigma: Vec<Vec<f64>>,    // s × m  σ_1 … σ_s
-    end: Vec<f64>,           // n
+    balance: Vec<Vec<f64>>,              // s × n  w_i, then y_i
+    impulses: Vec<Vec<f64>>,             // s × m  Λ_i
+    sigma: Vec<Vec<f64>>,                // s × m  σ_1 … σ_s
+    end: Vec<f64>,                       // n
+    bend: [Vec<f64>; 3],                 // n
+    changes: Option<Vec<[Vec<f64>; 2]>>, // s, of all links  Costates::moved at q_i, q_{i+1}
 }
 
 impl Joints {
-    fn new(mechanism: &Mechanism, s: usize) -> Self {
+    fn new(mechanism: &Mechanism, s: usize, along: Tangents) -> Self {
         let rows = || vec![vec![0.0; mechanism.len()]; s];
+        let numbers = NUMBERS * mechanism.tree().links().len();
+        let changes = || (0..s).map(|_| [(); 2].map(|()| vec![0.0; numbers])).collect();
         Self {
             all: JointNodes::new(mechanism, s + 1),
             balance: vec![vec![0.0; mechanism.dim()]; s],
             impulses: rows(),
             sigma: rows(),
             end: vec![0.0; mechanism.dim()],
+            bend: [(); 3].map(|()| vec![0.0; mechanism.dim()]),
+            changes: (along == Tangents::OfMovedMechanism).then(changes),
         }
     }
+
+    /// `c + Σ_i H_ijᵀ x_i` at the control point `j` takes the curvature of `w_j·P(q_j) μ_j`; the
+    /// links are open there then.
+    fn bend(
+        &mut self,
+        (at, all): (&mut Workspace, &PointTree),
+        (j, q): (usize, &[f64]),
+        m: &mut [f64],
+    ) {
+        let Self { balance, bend: [a, b, mu], end, changes, .. } = self;
+        stand_at(at, all, (j, q), m);
+        at.pull((q, 0.0), (&balance[j], m), [a, b, mu]);
+        if let Some(changes) = changes {
+            at.moved_at_start(q, m, &mut changes[j][0]);
+        }
+        end.iter_mut().zip(a).for_each(|(end, a)| *end += *a);
+    }
+}
+
+/// Opens the links at a control point with the twists and rates of `μ_i`.
+fn stand_at(at: &mut Workspace, all: &PointTree, (i, q): (usize, &[f64]), m: &mut [f64]) {
+    at.open_back([q, q]);
+    at.works.iter_mut().enumerate().for_each(|(k, work)| work.twist = all.twist(k, i));
+    m.iter_mut().enumerate().for_each(|(unknown, m)| *m = all.rate(unknown, i));
 }
 
 /// What acts beside inertia and constant forces.
@@ -126,7 +161,8 @@ impl PointCostates {
             w: [zeros(), zeros()],
             x: vec![zeros(); s + 1],
             scratch: zeros(),
-            joints: (along != Tangents::OfMechanism).then(|| Joints::new(mechanism, s)),
+            joints: (along != Tangents::OfMechanism).then(|| Joints::new(mechanism, s, along)),
+            by_rows: false,
             m: vec![0.0; d],
         })
     }
@@ -171,13 +207,22 @@ impl PointCostates {
         }
     }
 
-    /// Finds `Λ_i`: they balance `w_i`.
+    /// Whether the joints have multipliers in this step, or what follows from `P`.
+    fn choose(&mut self, rows: bool) {
+        let Self { joints: Some(joints), by_rows, .. } = self else { return };
+        let were = std::mem::replace(by_rows, rows || joints.changes.is_none());
+        if were && !*by_rows {
+            joints.impulses.iter_mut().chain(&mut joints.sigma).for_each(|own| own.fill(0.0));
+        }
+    }
+
+    /// Finds `w_i`, and `Λ_i`, which balance them.
     fn take_joints(
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
     ) -> Result<(), Singular> {
-        let Self { points, joints, parts, w: [first, _], .. } = self;
+        let Self { points, joints, parts, w: [first, _], by_rows, .. } = self;
         let Some(Joints { all, balance, impulses, .. }) = joints else { return Ok(()) };
         parts.stand_between(points);
         all.go_back();
@@ -186,9 +231,13 @@ impl PointCostates {
                 0 => w.copy_from_slice(first),
                 _ => points.balance(system, i, w),
             }
-            all.balance(mechanism, (i, points.q(i)), w, impulse)?;
+            if *by_rows {
+                all.balance(mechanism, (i, points.q(i)), w, impulse)?;
+            }
         }
-        first.fill(0.0); // the curvature is that of their rows, not of P
+        if *by_rows {
+            first.fill(0.0); // the curvature is that of their rows, not of P
+        }
         Ok(())
     }
 
@@ -199,10 +248,11 @@ impl PointCostates {
         mechanism: &Mechanism,
         a: &[f64],
     ) -> Result<(), Singular> {
-        let Self { points, joints, forces, x, scratch, .. } = self;
-        let Some(Joints { all, balance, impulses, sigma, end }) = joints else { return Ok(()) };
+        let Self { points, joints, forces, x, scratch, at, all, m, by_rows, .. } = self;
+        let Some(joints) = joints else { return Ok(()) };
         let (s, h) = (points.stages(), points.h());
-        for (j, sigma) in (1..=s).zip(sigma) {
+        for j in 1..=s {
+            let (Joints { end, .. }, q) = (&mut *joints, points.q(j));
             match j == s {
                 true => end.copy_from_slice(a),
                 false => end.fill(0.0),
@@ -215,52 +265,60 @@ impl PointCostates {
             if let Some(forces) = forces {
                 forces.slopes.add(points, j, 1.0 / h, end);
             }
+            if !*by_rows {
+                match j == s {
+                    true => at.open_back([q, q]),
+                    false => joints.bend((at, all), (j, q), m),
+                }
+                let Joints { end, bend: [none, ..], changes: Some(changes), .. } = &mut *joints
+                else {
+                    continue;
+                };
+                none.fill(0.0);
+                at.moved_at_end((q, 1.0 / h), [end, scratch, none], &mut changes[j - 1][1]);
+                continue;
+            }
             system.inertia().mul_add(1.0 / h, scratch, end);
+            let Joints { all, balance, impulses, sigma, end, .. } = &mut *joints;
             if j < s {
                 scratch.iter_mut().zip(&x[j]).for_each(|(mu, x)| *mu = -x);
-                all.bend(points.q(j), [&impulses[j], &balance[j]], scratch, end);
+                all.bend(q, [&impulses[j], &balance[j]], scratch, end);
             }
-            all.press(mechanism, (j, points.q(j)), end, sigma)?;
+            all.press(mechanism, (j, q), end, &mut sigma[j - 1])?;
         }
         Ok(())
     }
 
     /// The costate at `q_n` from all `x_i`.
     fn give(&mut self, costate: &mut Costate) {
-        let Self { points, all, at, forces, joints, w: [first, _], x, scratch, m, .. } = self;
+        let Self { points, all, at, forces, joints, w: [first, _], x, scratch, m, by_rows, .. } =
+            self;
         let (step, K) = (points.step(), &points.constants().K);
         let Costate { q: a, p: b, .. } = costate;
         b.copy_from_slice(&x[0]);
         for (i, x) in x.iter().enumerate() {
             b.iter_mut().zip(x).for_each(|(b, x)| *b -= K[(i, 0)] * x);
         }
-        at.open_back([&step.q0, &step.q0]);
-        at.works.iter_mut().enumerate().for_each(|(k, work)| work.twist = all.twist(k));
-        m.iter_mut().enumerate().for_each(|(unknown, m)| *m = all.rate(unknown));
-        at.pull(step, (first, m), [a, b, scratch]);
-        if let Some(Joints { all, balance, impulses, .. }) = joints {
-            all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
+        stand_at(at, all, (0, &step.q0), m);
+        at.pull((&step.q0, 1.0 / step.h), (first, m), [a, b, scratch]);
+        match joints {
+            Some(Joints { all, balance, impulses, .. }) if *by_rows => {
+                all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
+            }
+            Some(Joints { changes: Some(changes), .. }) => {
+                at.moved_at_start(&step.q0, m, &mut changes[0][0]);
+            }
+            _ => {}
         }
         if let Some(forces) = forces {
             forces.slopes.add(points, 0, 1.0 / step.h, a);
         }
     }
-}
 
-impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
-    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
-        let Self { points: own, .. } = self;
-        own.take(points, out);
-        own.evaluate(system);
-        own.balance(system, own.stages(), out);
-    }
-
-    fn hold(&mut self, _: &SeparableSystem, _: &[Interval], _: &mut Costate) {}
-
-    fn pull(
+    /// [`CostateSweep::pull`], as was chosen.
+    fn pull_chosen(
         &mut self,
-        system: &SeparableSystem,
-        mechanism: &Mechanism,
+        (system, mechanism): (&SeparableSystem, &Mechanism),
         points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
@@ -287,6 +345,41 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
         self.parts.spread(self.points.constants(), &self.x);
         Ok(())
     }
+}
+
+impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
+    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
+        let Self { points: own, .. } = self;
+        own.take(points, out);
+        own.evaluate(system);
+        own.balance(system, own.stages(), out);
+    }
+
+    fn hold(&mut self, _: &SeparableSystem, _: &[Interval], _: &mut Costate) {}
+
+    fn pull(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        points: &[Interval],
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        self.choose(false);
+        self.pull_chosen((system, mechanism), points, p, costate)
+    }
+
+    fn pull_by_rows(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        points: &[Interval],
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        self.choose(true);
+        self.pull_chosen((system, mechanism), points, p, costate)
+    }
 
     fn for_each_part(&self, _: &[Interval], visit: &mut PartVisitor<'_>) {
         let (s, joints) = (self.parts.stages(), self.joints.as_ref());
@@ -294,7 +387,12 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
             joints.map_or([&[][..]; 2], |joints| [&joints.impulses[..], &joints.sigma]);
         for k in 0..if joints.is_some() { 2 * s } else { s } {
             let (place, impulse) = self.parts.part(k, impulses);
-            visit(place, impulse, self.parts.costates(k, sigma));
+            let changes = joints.and_then(|own| own.changes.as_ref()).filter(|_| !self.by_rows);
+            let moved = match (changes, k.checked_sub(s)) {
+                (Some(changes), Some(i)) => [&changes[i][0][..], &changes[i][1]],
+                _ => [&[][..]; 2],
+            };
+            visit(place, impulse, Costates { moved, ..self.parts.costates(k, sigma) });
         }
     }
 }

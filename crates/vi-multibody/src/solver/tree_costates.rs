@@ -154,9 +154,9 @@ impl TreeCostates {
     }
 
     /// Whether the joints have multipliers in this step, or what follows from `P`.
-    fn choose(&mut self, costs: bool) {
+    fn choose(&mut self, rows: bool) {
         let Self { joints: Some(joints), by_rows, changes, .. } = self else { return };
-        let were = std::mem::replace(by_rows, costs || changes.is_none());
+        let were = std::mem::replace(by_rows, rows || changes.is_none());
         if were && !*by_rows {
             joints.impulse.fill(0.0);
             joints.rows.fill(0.0);
@@ -263,7 +263,8 @@ impl TreeCostates {
             loops.give(s, closures, end, rows);
         }
         if let Some([_, end]) = self.changes.as_mut().filter(|_| !*by_rows) {
-            self.at.moved_at_end(s, [&joints.end, &self.momentum, mu], end);
+            let known = [&joints.end[..], &self.momentum, mu];
+            self.at.moved_at_end((&s.q1, 1.0 / s.h), known, end);
             return Ok(());
         }
         joints.press(mechanism, s)
@@ -295,7 +296,6 @@ impl TreeCostates {
         cost: Option<&mut ImpulseCost<'_>>,
     ) -> Result<(), LinearizationError> {
         let ([s], costs) = (points, cost.is_some()) else { return Err(Singular.into()) };
-        self.choose(costs);
         self.momentum.copy_from_slice(b);
         if self.holds_efforts() {
             self.hold_efforts(system, s, [a, b]);
@@ -333,9 +333,9 @@ impl TreeCostates {
         if *by_rows {
             w.fill(0.0); // the curvature is that of their rows, not of P
         }
-        at.pull(s, (w, m), [a, b, mu]);
+        at.pull((&s.q0, 1.0 / s.h), (w, m), [a, b, mu]);
         if let Some([start, _]) = changes.as_mut().filter(|_| !*by_rows) {
-            at.moved_at_start(s, m, start);
+            at.moved_at_start(&s.q0, m, start);
         }
         if costs {
             let all = b.iter_mut().zip(mu).zip(moved);
@@ -388,8 +388,22 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
+        self.choose(false);
         let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
         pulled.map_err(|_| Singular) // no multipliers are asked for
+    }
+
+    fn pull_by_rows(
+        &mut self,
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
+        points: &[Interval],
+        p: &[f64],
+        costate: &mut Costate,
+    ) -> Result<(), Singular> {
+        self.choose(true);
+        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        pulled.map_err(|_| Singular)
     }
 
     fn takes_impulses(&self) -> bool {
@@ -404,6 +418,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         costate: &mut Costate,
         cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {
+        self.choose(true);
         self.pull_costing(system, mechanism, step, costate, Some(cost))
     }
 

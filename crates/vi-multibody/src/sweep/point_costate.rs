@@ -141,14 +141,14 @@ impl PointTree {
         write_links(self, links, i, mu);
     }
 
-    /// The twist of `μ_0` of a link.
-    pub(crate) fn twist(&self, link: usize) -> Screw<Held> {
-        self.stands[link * (self.s + 1)].twist
+    /// The twist of `μ_i` of a link.
+    pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<Held> {
+        self.stands[link * (self.s + 1) + i].twist
     }
 
-    /// `μ_0` along an unknown.
-    pub(crate) fn rate(&self, unknown: usize) -> f64 {
-        self.m[unknown * self.s]
+    /// `μ_i` along an unknown.
+    pub(crate) fn rate(&self, unknown: usize, i: usize) -> f64 {
+        self.m[unknown * self.s + i]
     }
 }
 

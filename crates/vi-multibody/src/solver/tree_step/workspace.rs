@@ -191,30 +191,30 @@ impl Workspace {
         self.pull_back(r);
     }
 
-    /// [`costate::pull`] with `w` and `m`; `a`, `b`, `μ`.
+    /// [`costate::pull`] at `q` with `w` and `m`; `a`, `b`, `μ`; `rate`: `1/h`, 0 without inertia.
     pub(in crate::solver) fn pull(
         &mut self,
-        s: &Interval,
+        (q, rate): (&[f64], f64),
         (w, m): (&[f64], &[f64]),
         [a, b, mu]: [&mut [f64]; 3],
     ) {
         let pulled = Pulled { a, b, mu };
-        pull_links(&self.links, &mut self.works, 1.0 / s.h, ([&s.q0, w], m), pulled);
+        pull_links(&self.links, &mut self.works, rate, ([q, w], m), pulled);
     }
 
     /// [`moved_joints::at_start`] with `m`, after [`Workspace::pull`].
-    pub(in crate::solver) fn moved_at_start(&self, s: &Interval, m: &[f64], out: &mut [f64]) {
-        moved_at_start(&self.links, &self.works, [&s.q0, m], out);
+    pub(in crate::solver) fn moved_at_start(&self, q: &[f64], m: &[f64], out: &mut [f64]) {
+        moved_at_start(&self.links, &self.works, [q, m], out);
     }
 
-    /// [`moved_joints::at_end`] with what is not inertia of `c − Aᵀ μ`, `b'` and `μ`.
+    /// [`moved_joints::at_end`] at `q` with what is not inertia of `c − Aᵀ μ`, `b'` and `μ`.
     pub(in crate::solver) fn moved_at_end(
         &mut self,
-        s: &Interval,
+        (q, rate): (&[f64], f64),
         [c, b, mu]: [&[f64]; 3],
         out: &mut [f64],
     ) {
-        moved_at_end(&self.links, &mut self.works, 1.0 / s.h, [&s.q1, c, b, mu], out);
+        moved_at_end(&self.links, &mut self.works, rate, [q, c, b, mu], out);
     }
 
     /// [`velocity::push_forward`].
