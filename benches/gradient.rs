@@ -20,6 +20,7 @@ use holonom::vi_multibody::builder::{Inertia, MechanismBuilder};
 use holonom::vi_multibody::design::{BodyTangent, JointTangent, MechanismDesign, MechanismTangent};
 use holonom::vi_multibody::form::Form;
 use holonom::vi_multibody::held_effort::HeldEffort;
+use holonom::vi_multibody::joint_force::Viscous;
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::vi_multibody::{ForceElements, FrameId, PairKind};
 use holonom::vi_rigid::Shape;
@@ -32,17 +33,31 @@ struct Case {
     controls: Controls,
 }
 
-/// A chain with `motors` on its first hinges, each with so many values.
+/// What acts along the hinges of a chain.
+#[derive(Clone, Copy)]
+enum Along {
+    Nothing,
+    /// Motors on the first eight of them, each with so many values.
+    Motors(usize),
+    /// A spring and a damper on each.
+    Springs,
+}
+
+/// A chain of so many hinges.
 fn chain(
     n: usize,
     (step, steps): (f64, usize),
-    (motors, values): (usize, usize),
+    along: Along,
     stages: Option<Stages>,
 ) -> (Case, MechanismIntegrator) {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let bar = Inertia::shape_of_mass(Shape::Box { lengths: [1.0, 0.1, 0.1] }, 1.0);
     let rate = 0.1_f64.min(6.4 / n as f64); // the last link of a long chain turns with all of them
     let (mut parent, mut driven) = (FrameId::Ground, Vec::new());
+    let (motors, values) = match along {
+        Along::Motors(values) => (8, values.min(steps)),
+        _ => (0, 1),
+    };
     for i in 0..n {
         let link = builder.body(&format!("b{i}"), bar).at([i as f64 + 0.5, 0.0, 0.0]).id();
         let axis = if i.is_multiple_of(2) { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] };
@@ -53,6 +68,10 @@ fn chain(
             builder.joint_force(hinge, effort.clone());
             driven.push((hinge, effort));
         }
+        if let Along::Springs = along {
+            builder.joint_spring(hinge, 5.0, 0.1);
+            builder.joint_force(hinge, Viscous(0.1));
+        }
         parent = link.into();
     }
     let mut built = builder.build().unwrap();
@@ -61,7 +80,6 @@ fn chain(
         Box::new(JointControl { effort, coordinate }) as Box<dyn ControlForce>
     };
     let forces: Vec<_> = driven.into_iter().map(force).collect();
-    let values = values.min(steps);
     let controls = Controls::new(forces, vec![vec![0.01; motors]; values], steps / values);
     let (options, how) = match stages {
         Some(stages) => {
@@ -71,7 +89,8 @@ fn chain(
         None => (Options::new(SchemeKind::Nodal, step), String::new()),
     };
     let run = built.integrator(options).unwrap();
-    (Case { name: format!("chain of {n}, h = {step} s{how}"), steps, controls }, run)
+    let with = if let Along::Springs = along { " with springs" } else { "" };
+    (Case { name: format!("chain of {n}{with}, h = {step} s{how}"), steps, controls }, run)
 }
 
 const LOOPS: [(&str, fn(Option<Stages>) -> MechanismIntegrator); 2] =
@@ -234,12 +253,12 @@ fn main() {
     let named: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();
     let chosen = |name: &str| named.is_empty() || named.iter().any(|own| name.contains(own));
     let rounds = if quick { 1 } else { 25 };
-    let (none, held, many) = ((0, 1), (8, 1), (8, 100));
+    let acting = [Along::Nothing, Along::Motors(1), Along::Motors(100), Along::Springs];
     let all = [(1, 1e-3, 1000), (8, 1e-3, 200), (8, 1e-2, 200), (64, 1e-3, 30), (64, 1e-2, 30)];
-    let all = all.into_iter().chain([(512, 1e-3, 8), (512, 1e-2, 8)]);
-    for (n, h, steps) in all.take(if quick { 1 } else { 7 }) {
-        for motors in [none, held, many].into_iter().take(if n < 8 { 1 } else { 3 }) {
-            let (case, mut run) = chain(n, (h, steps), motors, None);
+    let all = all.into_iter().chain([(512, 1e-3, 20)]);
+    for (n, h, steps) in all.take(if quick { 1 } else { 6 }) {
+        for along in acting.into_iter().take(if n < 8 { 1 } else { 4 }) {
+            let (case, mut run) = chain(n, (h, steps), along, None);
             if chosen(&case.name) {
                 report(&mut run, &case, rounds);
             }
@@ -248,10 +267,11 @@ fn main() {
     let of_order = |stages: usize| Stages::new(stages).unwrap();
     let sizes = [1, 8, 64, 512].into_iter().flat_map(|n| (1..=3).map(move |s| (n, s)));
     for (n, stages) in sizes {
-        for motors in [none, held].into_iter().take(if n == 8 { 2 } else { 1 }) {
+        let acting = [Along::Nothing, Along::Motors(1), Along::Springs];
+        for along in acting.into_iter().take(if n == 8 { 3 } else { 1 }) {
             let h = if n < 512 { 1e-2 } else { 1e-3 };
             let steps = (h, 8 + 100 / n);
-            let (case, mut run) = chain(n, steps, motors, Some(of_order(stages)));
+            let (case, mut run) = chain(n, steps, along, Some(of_order(stages)));
             if chosen(&case.name) && !quick {
                 report(&mut run, &case, rounds);
             }
@@ -282,7 +302,7 @@ fn growth(links: &[usize], stages: Option<Stages>, rounds: usize) {
     for (by, count) in [(By::Masses, 1000), (By::Lengths, 10), (By::Lengths, 1000)] {
         let mut points = Vec::new();
         for &n in links {
-            let (case, mut run) = chain(n, (1e-3, 8), (0, 1), stages);
+            let (case, mut run) = chain(n, (1e-3, 8), Along::Nothing, stages);
             let seconds = measure(&mut run, &case, (by, count), rounds);
             points.push(seconds.map(|seconds| [(n as f64).ln(), seconds.ln()]));
         }
