@@ -111,4 +111,7 @@ pub struct Costates<'a> {
     /// which they hold, in numbers that the mechanism and its design agree on. Empty where all have
     /// multipliers.
     pub moved: [&'a [f64]; 2],
+    /// Whether at `q_n`, and at `q_{n+1}`, efforts along unknowns are counted along these alone: a
+    /// parameter then changes what they are, and not their gradients.
+    pub apart: [bool; 2],
 }

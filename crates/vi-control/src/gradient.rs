@@ -182,11 +182,10 @@ impl Gradient {
         let counts_forces = task.objective.counts_forces();
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
-            _ if counts_forces => Tangents::OfBodies,
+            _ if counts_forces || task.objective.counts_nodes() => Tangents::OfBodies,
             (true, true) => Tangents::OfMovedMechanism,
             (true, false) => Tangents::OfBodies,
-            _ if task.objective.counts_nodes() => Tangents::OfBodies,
-            _ => Tangents::OfMechanism,
+            (false, _) => Tangents::OfMechanism,
         };
         if counts_forces && (run.reads_states() || task.steps == 0) {
             let what = "multipliers of steps that are not of order 2";

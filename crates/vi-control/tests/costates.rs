@@ -9,7 +9,7 @@ use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::galerkin::Stages;
 use vi_core::linear::{dot, norm_inf};
 use vi_core::{Composition, Interval, SeparableSystem};
-use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::builder::{BuiltMechanism, Inertia, MechanismBuilder};
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::Viscous;
 use vi_multibody::run::MechanismIntegrator;
@@ -23,12 +23,21 @@ type Sweep = dyn CostateSweep<SeparableSystem, Mechanism>;
 /// with springs, dampers and efforts along its coordinates, and with what acts on single bodies
 /// where it is `loaded`; so many distances between its bodies are `kept`. `None` where it cannot
 /// move.
-pub(crate) fn random_mechanism(
+fn random_mechanism(
     bodies: usize,
     seed: u64,
     (loaded, kept): (bool, usize),
     options: Options,
 ) -> Option<MechanismIntegrator> {
+    random_built(bodies, seed, (loaded, kept))?.integrator(options).ok()
+}
+
+/// The same without an integrator.
+pub(crate) fn random_built(
+    bodies: usize,
+    seed: u64,
+    (loaded, kept): (bool, usize),
+) -> Option<BuiltMechanism> {
     let mut random = Sample::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     let mut builder = MechanismBuilder::new().gravity([0.3, -1.0, -9.0]);
     let (mut frames, mut points) = (vec![FrameId::Ground], Vec::new());
@@ -81,7 +90,7 @@ pub(crate) fn random_mechanism(
     }
     let built = builder.build().ok()?;
     let dof = built.mechanism.tree().dof();
-    (dof > kept).then(|| built.integrator(options).ok()).flatten()
+    (dof > kept).then_some(built)
 }
 
 /// Steps of order 2.

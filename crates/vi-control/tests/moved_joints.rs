@@ -1,21 +1,21 @@
 //! Gradients by the geometry of joints without their multipliers are those with them.
 
-use crate::costates::random_mechanism;
-use crate::runs::{four_bar, run};
+use crate::costates::random_built;
+use crate::runs::four_bar;
 use nalgebra::Vector3;
 use vi_constraints::costate_sweep::Tangents;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_control::objective::{Last, PointComponent, Running};
+use vi_control::objective::{Last, PointComponent, Running, Term};
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
 use vi_core::galerkin::Stages;
-use vi_core::linear::norm_inf;
-use vi_core::{Composition, MechanicalSystem, Quadrature};
-use vi_multibody::builder::ForceElements;
+use vi_core::linear::{dot, norm_inf};
+use vi_core::{Composition, MechanicalSystem, Quadrature, State};
+use vi_multibody::Mechanism;
+use vi_multibody::builder::BuiltMechanism;
 use vi_multibody::design::{JointTangent, MechanismDesign, MechanismTangent, SideTangent};
 use vi_multibody::form::Form;
 use vi_multibody::joint::Side;
-use vi_multibody::run::MechanismIntegrator;
 use vi_testkit::Sample;
 
 /// A design that asks for multipliers.
@@ -64,8 +64,8 @@ fn moved(side: &Side, sample: &mut Sample) -> SideTangent {
 }
 
 /// A change of each joint, and one of all of them, but of screws.
-fn tangents(run: &MechanismIntegrator, sample: &mut Sample) -> Vec<MechanismTangent> {
-    let joints = &run.constraints().description().joints;
+fn tangents(mechanism: &Mechanism, sample: &mut Sample) -> Vec<MechanismTangent> {
+    let joints = &mechanism.description().joints;
     let mut all = MechanismTangent::default();
     let mut list = Vec::new();
     for (k, joint) in joints.iter().enumerate().filter(|(_, own)| own.kind.pitch().is_none()) {
@@ -80,24 +80,50 @@ fn tangents(run: &MechanismIntegrator, sample: &mut Sample) -> Vec<MechanismTang
     list
 }
 
-fn objective(run: &MechanismIntegrator) -> Objective {
-    let n = run.constraints().dim();
-    let point = |axis| PointComponent { point: Form::particle(n - 12, 3), axis };
-    let running = Running { quantity: point(0), target: 0.3 };
-    Objective::new().with(1.0, Last(point(2))).with(2.0, running)
+/// `c·p̄_N`, which holds the efforts of the last step.
+struct LastMomentum(Vec<f64>);
+
+impl Term for LastMomentum {
+    fn of_end(&self, end: &State) -> f64 {
+        dot(&self.0, &end.p)
+    }
+    fn add_of_end(&self, _end: &State, scale: f64, _q: &mut [f64], p: &mut [f64]) {
+        p.iter_mut().zip(&self.0).for_each(|(p, c)| *p += scale * c);
+    }
 }
 
-/// The gradients of some steps by both ways, relative to the largest entry; `None` where the
-/// sweeps over links do not apply.
-fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
-    let along = Tangents::OfMovedMechanism;
-    run.costate_sweep(along)?;
-    let tangents = tangents(run, sample);
-    let (mass, none) = (run.system().mass(), ForceElements::default());
-    let quadrature = Quadrature::Midpoint;
-    let design = MechanismDesign::new(run.constraints(), &none, mass, quadrature, &tangents);
-    let (design, controls, objective) = (design.unwrap(), Controls::default(), objective(run));
+/// Positions, and of steps of order 2 the momentum of the end.
+fn objective(n: usize, options: &Options, sample: &mut Sample) -> Objective {
+    let point = |axis| PointComponent { point: Form::particle(n - 12, 3), axis };
+    let running = Running { quantity: point(0), target: 0.3 };
+    let objective = Objective::new().with(1.0, Last(point(2))).with(2.0, running);
+    match options.method.stages() {
+        None => objective.with(1.0, LastMomentum((0..n).map(|_| sample.number()).collect())),
+        Some(_) => objective,
+    }
+}
+
+/// The gradients of some steps by both ways, with all that acts along the joints, relative to the
+/// largest entry; `None` where the sweeps over links do not apply, or loops depend on each other
+/// where they are to be `independent`.
+fn difference(
+    built: BuiltMechanism,
+    (options, steps): (Options, usize),
+    independent: bool,
+    sample: &mut Sample,
+) -> Option<f64> {
+    let tangents = tangents(&built.mechanism, sample);
+    let (system, quadrature) = (built.system(Quadrature::Midpoint), Quadrature::Midpoint);
+    let BuiltMechanism { mechanism, forces } = &built;
+    let design = MechanismDesign::new(mechanism, forces, system.mass(), quadrature, &tangents);
+    let (design, controls) = (design.unwrap(), Controls::default());
+    let objective = objective(mechanism.dim(), &options, sample);
     assert!(design.reads_moved());
+    let mut run = built.integrator(options).ok()?;
+    run.costate_sweep(Tangents::OfMovedMechanism)?;
+    if independent && run.rows().len() < run.constraints().len() {
+        return None;
+    }
     let rows = ByRows(&design);
     let start = run.state().clone();
     let [by_sides, by_rows] = [&design as &dyn Design, &rows].map(|design| {
@@ -110,7 +136,7 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
             checkpoints: Checkpoints::Every(3),
         };
         run.place_at(&start);
-        Gradient::of(run, &task).unwrap()
+        Gradient::of(&mut run, &task).unwrap()
     });
     let size = |x: &[f64]| norm_inf(x).max(1e-3);
     let off = |x: &[f64], y: &[f64]| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| x - y).collect() };
@@ -128,8 +154,8 @@ fn of_random_trees_by_galerkin_steps() {
             let stages = Stages::new(1 + seed as usize % 4).unwrap();
             let options = Options::new(SchemeKind::Nodal, 0.02).galerkin(stages);
             let bodies = 1 + seed as usize % 7;
-            if let Some(mut run) = random_mechanism(bodies, seed, (loaded, 0), options)
-                && let Some(off) = difference(&mut run, &mut sample, 4)
+            if let Some(built) = random_built(bodies, seed, (loaded, 0))
+                && let Some(off) = difference(built, (options, 4), true, &mut sample)
             {
                 assert!(off < 1e-10, "seed {seed}, loaded {loaded}: {off:e}");
                 (worst, compared) = (off.max(worst), compared + 1);
@@ -143,9 +169,9 @@ fn of_random_trees_by_galerkin_steps() {
 /// A planar four-bar linkage: rows that depend on others, a spring, a motor.
 #[test]
 fn of_a_redundant_loop() {
-    let (mut run, ..) = run(four_bar(), SchemeKind::Nodal, Composition::Identity, 7);
-    assert!(run.rows().len() < run.constraints().len());
-    let off = difference(&mut run, &mut Sample::new(22), 7).expect("few loops");
+    let options = Options::new(SchemeKind::Nodal, 0.02);
+    let off = difference(four_bar().built, (options, 7), false, &mut Sample::new(22));
+    let off = off.expect("few loops");
     println!("with and without multipliers differ by {off:.1e}");
     assert!(off < 1e-11, "{off:e}");
 }
@@ -159,10 +185,8 @@ fn of_random_trees_and_loops() {
             let compositions = [Composition::Identity, Composition::KahanLi9];
             let options = Options::new(SchemeKind::Nodal, 0.02);
             let options = options.composition(compositions[usize::from(seed % 5 == 0 && !loaded)]);
-            if let Some(mut run) =
-                random_mechanism(1 + seed as usize % 7, seed, (loaded, kept), options)
-                && run.rows().len() == run.constraints().len()
-                && let Some(off) = difference(&mut run, &mut sample, 7)
+            if let Some(built) = random_built(1 + seed as usize % 7, seed, (loaded, kept))
+                && let Some(off) = difference(built, (options, 7), true, &mut sample)
             {
                 assert!(off < 1e-10, "seed {seed}, {kept} distances, loaded {loaded}: {off:e}");
                 (worst, compared[kept.min(1)]) = (off.max(worst), compared[kept.min(1)] + 1);

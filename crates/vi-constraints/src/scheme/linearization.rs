@@ -405,7 +405,13 @@ impl StepLinearization {
     #[must_use]
     pub fn costates(&self) -> Costates<'_> {
         let step = &self.x[..self.momentum.len()];
-        Costates { step, momentum: &self.momentum, rows: &self.sigma, moved: [&[]; 2] }
+        Costates {
+            step,
+            momentum: &self.momentum,
+            rows: &self.sigma,
+            moved: [&[]; 2],
+            apart: [false; 2],
+        }
     }
 
     /// `c_sᵀ b' − b_sᵀ μ − g_sᵀ σ` with them: the derivative by what has these sources.

@@ -25,6 +25,11 @@ pub(super) trait Sink {
     fn plus(&mut self, i: usize, value: f64);
     /// Of `g`.
     fn row(&mut self, i: usize, value: f64);
+    /// Whether the change of the gradient of an effort along an unknown counts, at `q_n` and at
+    /// `q_{n+1}`.
+    fn keeps_gradients(&self) -> [bool; 2] {
+        [true; 2]
+    }
 }
 
 /// The derivative of what an element adds to the equations of a step.
@@ -365,8 +370,12 @@ impl Explicit for MovedEffort {
         let slopes = self.law.slopes(t, mean, rate);
         let change = half * (slopes.by_coordinate * 0.5 * (start + end) + slopes.by_rate * by_rate);
         let effort = half * self.law.effort(t, mean, rate);
-        let both = |slope: Dual64| change * slope.re + effort * slope.eps;
-        self.value.for_each_slope(&s.q0, |i, slope| out.minus(i, both(slope)));
-        self.value.for_each_slope(&s.q1, |i, slope| out.plus(i, both(slope)));
+        let [start, end] = match self.coordinate.unknown() {
+            Some(_) => out.keeps_gradients().map(|keeps| if keeps { effort } else { 0.0 }),
+            None => [effort; 2],
+        };
+        let both = |slope: Dual64, effort: f64| change * slope.re + effort * slope.eps;
+        self.value.for_each_slope(&s.q0, |i, slope| out.minus(i, both(slope, start)));
+        self.value.for_each_slope(&s.q1, |i, slope| out.plus(i, both(slope, end)));
     }
 }

@@ -278,6 +278,9 @@ impl Sink for Weighed<'_> {
     fn row(&mut self, i: usize, value: f64) {
         self.sum -= value * self.costates.rows[i];
     }
+    fn keeps_gradients(&self) -> [bool; 2] {
+        self.costates.apart.map(|apart| !apart)
+    }
 }
 
 impl Parameter {

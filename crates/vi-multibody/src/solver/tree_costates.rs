@@ -10,8 +10,9 @@
 //! and `β = −σ m_j'` of the step after it. Where loops are closed ([`LoopCostates`]), or costates
 //! of joints are wanted ([`JointCostates`]), multipliers need the whole balance: `p̄` is held, and
 //! the change of the gradients at `q_{n+1}` is a part of `c`. Along mechanisms next to this one the
-//! curvature is that of `P` as well, of `w` with these efforts, and `crate::sweep::moved_joints`
-//! has what the joints give by their geometry.
+//! curvature is that of `P` as well, and `crate::sweep::moved_joints` has what the joints give by
+//! their geometry: `w` takes these efforts where `p̄` is held, and none of their gradients changes
+//! where `p̃` is.
 //!
 //! Where impulses of constraints cost, `G μ = r` with `r = −∂J/∂(h λ)`:
 //! ```text
@@ -50,6 +51,7 @@ pub(in crate::solver) struct TreeCostates {
     joints: Option<JointCostates>,
     changes: Option<[Vec<f64>; 2]>, // of all links  Costates::moved
     by_rows: bool,                  // whether the last step has the multipliers of all joints
+    ends: [bool; 2],                // whether the next step, and the last one, is that of the end
     other: Option<Emitted>,         // −h times the blocks of what else acts, transposed
     weight: Vec<f64>,               // n  constant forces
     w: Vec<f64>,                    // n
@@ -93,6 +95,7 @@ impl TreeCostates {
             joints,
             changes,
             by_rows: false,
+            ends: [false; 2],
             loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
             along: along.collect(),
             other,
@@ -112,14 +115,26 @@ impl TreeCostates {
 
     /// Whether `p̄` is held, not `p̃`.
     fn holds_efforts(&self) -> bool {
-        self.loops.is_some() || self.joints.is_some()
+        self.loops.is_some() || self.joints.is_some() && self.changes.is_none()
+    }
+
+    /// Whether `w` takes efforts along unknowns, as multipliers do.
+    fn balances_efforts(&self) -> bool {
+        self.by_rows || self.holds_efforts()
+    }
+
+    /// Finds `(h/2) τ`.
+    fn find_impulses(&mut self, system: &SeparableSystem, s: &Interval) {
+        for (along, own) in self.along.iter_mut().zip(system.along_unknowns()) {
+            let [mean, difference] = own.force.change(s);
+            along.impulse = 0.5 * s.h * own.force.effort(s.t_mid(), mean, difference / s.h);
+        }
     }
 
     /// Makes `a`, the derivative by `q_{n+1}` with `p̄_{n+1}` held, one with `p̃_{n+1}` held.
     fn hold_efforts(&mut self, system: &SeparableSystem, s: &Interval, [a, b]: [&mut [f64]; 2]) {
+        self.find_impulses(system, s);
         for (along, own) in self.along.iter_mut().zip(system.along_unknowns()) {
-            let [mean, difference] = own.force.change(s);
-            along.impulse = 0.5 * s.h * own.force.effort(s.t_mid(), mean, difference / s.h);
             along.beta = own.force.rate(&s.q1, b);
             own.force.add_bend(&s.q1, b, along.impulse, a);
         }
@@ -195,7 +210,11 @@ impl TreeCostates {
         mechanism: &Mechanism,
         s: &Interval,
     ) -> Result<(), Singular> {
+        let balances = self.balances_efforts();
         let Self { joints: Some(joints), w, along, .. } = self else { return Ok(()) };
+        if !balances {
+            return Ok(());
+        }
         for (along, own) in along.iter().zip(system.along_unknowns()) {
             own.force.add_gradient(&s.q0, along.impulse, w);
         }
@@ -242,6 +261,7 @@ impl TreeCostates {
         s: &Interval,
         [a, b]: [&mut [f64]; 2],
     ) -> Result<(), Singular> {
+        let balances = self.balances_efforts();
         let Self { joints: Some(joints), loops, along, m, mu, other, by_rows, .. } = self else {
             return Ok(());
         };
@@ -254,9 +274,13 @@ impl TreeCostates {
             transposed(system, s, Slot::BOTH, b, r);
         }
         for (along, own) in along.iter().zip(system.along_unknowns()) {
-            let work = along.work(m);
-            own.force.add_bend(&s.q0, b, along.impulse, a);
-            own.force.add_gradient(&s.q1, along.slope[1] * (along.beta - work), r);
+            let change = along.slope[1] * (along.beta - along.work(m));
+            if balances {
+                own.force.add_bend(&s.q0, b, along.impulse, a);
+            }
+            if change != 0.0 {
+                own.force.add_gradient(&s.q1, change, r);
+            }
         }
         if let Some(loops) = loops {
             let JointCostates { closures, end, rows, .. } = joints;
@@ -299,7 +323,10 @@ impl TreeCostates {
         self.momentum.copy_from_slice(b);
         if self.holds_efforts() {
             self.hold_efforts(system, s, [a, b]);
+        } else if self.by_rows {
+            self.find_impulses(system, s);
         }
+        self.ends = [false, self.ends[0]];
         self.take_balance(system, s, p)?;
         self.take_joints(system, mechanism, s)?;
         self.take_costs(system, s, cost);
@@ -373,6 +400,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
     fn hold(&mut self, system: &SeparableSystem, points: &[Interval], costate: &mut Costate) {
         let [s] = points else { return };
         let Costate { q: a, p: b, .. } = costate;
+        self.ends[0] = true;
         if !self.holds_efforts() && b.iter().any(|b| *b != 0.0) {
             self.hold_efforts(system, s, [a, b]);
         } else {
@@ -432,6 +460,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
             None => [&[][..]; 2],
         };
         let (step, momentum) = (&self.mu[..], &self.momentum[..]);
-        visit(Place::Step(s), impulse, Costates { step, momentum, rows, moved });
+        let apart = [!self.balances_efforts(), !self.holds_efforts() && !self.ends[1]];
+        visit(Place::Step(s), impulse, Costates { step, momentum, rows, moved, apart });
     }
 }
