@@ -1,10 +1,10 @@
 //! What costates give along changes of the geometry of joints, by what the joints transmit.
 //!
 //! A side of a joint is its anchor `ϱ` and its axes, in the directors of a frame. Where it shifts
-//! by `δ` or turns by `ψ` about its anchor, in space, at fixed joint coordinates, the joint carries
-//! the rest of the tree along as a rigid body. With the wrench `F` that `w` exerts on a link `k` and
-//! all that it carries, at `q_n`, and `R` that of `c − Aᵀ μ` at `q_{n+1}`, both about the reference
-//! point of the link; `r` the gap of the joint, `p` the parent:
+//! by `δ` or turns by `ψ` about its anchor, in space, at fixed joint coordinates, the joint
+//! carries the rest of the tree along as a rigid body. With the wrench `F` that `w` exerts on a
+//! link `k` and all that it carries, at `q_n`, and `R` that of `c − Aᵀ μ` at `q_{n+1}`, both about
+//! the reference point of the link; `r` the gap of the joint, `p` the parent:
 //! ```text
 //! dJ = −w·P_θ m                          + (c − Aᵀ μ)·δq'                              [2.40]
 //! near side   shift   −(F_f × ω_p)·δ                    R_f·δ
