@@ -98,6 +98,7 @@ mod model {
     mod events;
     mod events_with_contact;
     mod foreign_words;
+    mod heaps;
     mod import_contacts;
     mod import_dialects;
     mod import_forces;

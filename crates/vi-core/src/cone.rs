@@ -13,7 +13,8 @@
 //! Block Gauss–Seidel with the exact law of each contact finds the state (open, sticks, slips);
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
 //! Where both fail, as of tall stacks with masses of several ratios, convex programs in a sequence
-//! lead to a solution; of many rows other impulses to begin with are tried last. Nothing depends on
+//! lead to a solution; of many rows other impulses to begin with are tried last. With a speed of
+//! slip that is given the laws are convex: [`ConvexSolver`] finds a solution in any case. Nothing depends on
 //! earlier problems but `Λ` itself, the warm start: of several solutions the one next to it is
 //! likely.
 //!
@@ -31,6 +32,7 @@
 #![allow(non_snake_case)] // W, F
 
 mod conjugate;
+mod convex;
 mod factors;
 mod interior;
 mod large;
@@ -41,6 +43,7 @@ mod problem;
 mod residual;
 mod restart;
 
+pub use convex::ConvexSolver;
 pub use large::{LargeConeSolver, SparseRows};
 pub use problem::Cone;
 
@@ -129,24 +132,26 @@ pub struct ConeSolver {
     conjugate: Conjugate,
     factors: Factors,
     interior: Interior<Dense>,
-    impulse: Vec<f64>, // k
-    trial: Vec<f64>,   // k
-    best: Vec<f64>,    // k
-    ends_nearby: bool,
-    patience: usize,   // of Newton's method
-    warm: Vec<f64>,    // k  where the methods begin
-    nearest: Vec<f64>, // k
-    least: f64,        // the excess of `nearest`
-    swept: Vec<f64>,   // k
-    found: Vec<f64>,   // k
-    step: Vec<f64>,    // k
+    impulse: Vec<f64>,        // k
+    trial: Vec<f64>,          // k
+    best: Vec<f64>,           // k
+    ends_beyond: Option<f64>, // a residual of the warm start
+    patience: usize,          // of Newton's method
+    warm: Vec<f64>,           // k  where the methods begin
+    nearest: Vec<f64>,        // k
+    least: f64,               // the excess of `nearest`
+    swept: Vec<f64>,          // k
+    found: Vec<f64>,          // k
+    step: Vec<f64>,           // k
 }
 
 impl ConeSolver {
-    /// Whether it ends with [`ConeFault::NoConvergence`] near a solution without looking for it by
-    /// convex programs: for who corrects `w` and asks again.
-    pub fn end_early(&mut self, wanted: bool) {
-        self.ends_nearby = wanted;
+    /// Ends with [`ConeFault::NoConvergence`] near a solution without looking for it by convex
+    /// programs: for who corrects `w` and asks again. Of more than 60 rows also where the warm
+    /// start violates a law by more than this, relative to its terms, or Newton's method does not
+    /// lead to a solution from there. `None`: it does not end early.
+    pub fn end_early(&mut self, beyond: Option<f64>) {
+        self.ends_beyond = beyond;
     }
 
     /// Finds the impulses of `y = WΛ + w`.
@@ -253,12 +258,25 @@ impl ConeSolver {
         for patience in patiences {
             self.patience = *patience;
             self.impulse.copy_from_slice(&self.warm);
+            if let Some(beyond) = self.ends_beyond
+                && !is_small
+            {
+                if self.least > beyond {
+                    return self.end_nearby();
+                }
+                self.patience = PATIENCE;
+                let residual = self.refine(rounding);
+                return match self.ends() {
+                    true => done(residual, 1),
+                    false => self.end_nearby(),
+                };
+            }
             let found = if is_small { self.in_rounds(rounding) } else { self.of_many(rounding) };
             if let Some(found) = found {
                 return Ok(found);
             }
             let is_near = self.least <= NEARLY; // by impulses that have not grown
-            if is_near && self.ends_nearby {
+            if is_near && self.ends_beyond.is_some() {
                 return self.end_nearby();
             }
             if let Some(found) = self.by_programs(rounding) {
@@ -325,8 +343,11 @@ impl ConeSolver {
             if round == 2 {
                 self.sweep_far();
             }
-            if self.residual.evaluate(&self.problem, &self.impulse) <= STALLED_AT {
+            let residual = self.residual.evaluate(&self.problem, &self.impulse);
+            if round == 1 || residual <= STALLED_AT {
+                self.patience = PATIENCE;
                 let residual = self.newton(rounding, NEWTON_STEPS);
+                self.patience = NEWTON_STEPS;
                 if self.ends() {
                     return Some(ConeReport { residual, rounds: round });
                 }

@@ -55,6 +55,13 @@ pub struct ContactCounts {
     /// Nodes that were put between two steps because no impulses were found for a longer one.
     #[serde(default)]
     pub divided: u64,
+    /// Nodes at which friction had the speed of slip of an earlier solution of the step, because no
+    /// impulses were found that obey Coulomb's law.
+    #[serde(default)]
+    pub relaxed: u64,
+    /// By how much a contact moved beside that law at most, m/s.
+    #[serde(default)]
+    pub largest_deviation: f64,
     /// Nodes at which coefficients of restitution were reduced so that no energy is gained.
     pub guarded: u64,
     /// By how much at most, in parts of the coefficient.

@@ -4,6 +4,7 @@
 
 mod cone;
 mod cone_beds;
+mod convex;
 mod eigen;
 mod linear;
 mod sparse_cholesky;

@@ -62,6 +62,14 @@ impl Problem {
                         violations.push((impulse[1 + i] + impulse[0] * part).abs());
                     }
                 }
+                Cone::Convex { coefficient, speed: s } => {
+                    let normal = speed[0] + s / speeds;
+                    violations.push(
+                        (impulse[0] * normal + impulse[1] * speed[1] + impulse[2] * speed[2]).abs(),
+                    );
+                    violations.push(impulse[1].hypot(impulse[2]) - coefficient * impulse[0]);
+                    violations.push(coefficient * speed[1].hypot(speed[2]) - normal);
+                }
                 Cone::Friction { coefficient } => {
                     let tangent = |v: &DVector<f64>| [v[1], v[2]];
                     let ([p, q], [u, v]) = (tangent(&impulse), tangent(&speed));

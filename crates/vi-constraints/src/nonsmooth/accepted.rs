@@ -51,6 +51,10 @@ impl NodeImpulses {
         counts.most_iterations = counts.most_iterations.max(self.solved);
         counts.largest_work = counts.largest_work.max(work);
         counts.guarded += u64::from(self.is_guarded);
+        if let Some(deviation) = self.deviation() {
+            counts.relaxed += 1;
+            counts.largest_deviation = counts.largest_deviation.max(deviation);
+        }
         for contact in &self.contacts {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }

@@ -13,18 +13,27 @@ use super::islands::Islands;
 use super::node_law::{Contact, Drive, Kind, Rows};
 use super::unilateral::{ContactRows, Elements};
 use crate::scheme::StepError;
-use vi_core::cone::{Cone, ConeFault, ConeSolver, LargeConeSolver, SparseRows};
+use vi_core::cone::{Cone, ConeFault, ConeSolver, ConvexSolver, LargeConeSolver, SparseRows};
 
 /// A step far from its solution moves the points of a body apart by its rotation squared: no
 /// impulses obey the laws then, and the nearest ones up to this part lead on.
 const NEARBY: f64 = 1e-3;
-/// In so many solutions of a step the nearest ones are not looked for any further.
+/// What many rows violate their laws by where a solution is not near, relative to their terms.
+const BEYOND: f64 = 1e-5;
+/// In so many solutions of a step the nearest ones are not looked for any further,
 pub(super) const EARLY: usize = 4;
+/// or convex laws of many rows lead on.
+const LEADS: usize = 12;
 /// What the node before leaves of the laws of a large island, relative to the largest velocity:
 /// rows that `W` does not tell apart contradict one another by several times `LARGE`.
 const LEFT: f64 = 4e-10;
-/// Where all methods fail for more rows than this, a shorter step costs less than another solution.
+/// Where all methods fail for more rows than this, or more often than `FAILURES`, the iteration
+/// ends; of not more than `FEW` rows it goes on.
 const MANY: usize = 60;
+const FAILURES: usize = 2;
+/// A step whose nodes have not more rows is divided where it has no impulses; others have convex
+/// laws then.
+pub(super) const FEW: usize = 12;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;
 
@@ -43,12 +52,17 @@ pub(super) struct ActiveRows {
     found: Vec<f64>,
     solver: ConeSolver,
     large: LargeConeSolver,
+    convex: ConvexSolver,
+    columns: Vec<u32>,  // of the factor of W: their places in the island
+    u: Vec<f64>,        // Lᵀ Λ
     model: Vec<f64>,    // m × m  W; empty of a large island
     response: Vec<f64>, // m × m  W_s, where it is not W
     by_step: Vec<bool>, // m  whether the step drives a row, or the velocity at the node
     lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
+    pub(super) is_relaxed: bool,
     passes: usize,
+    failures: usize, // of all methods
 }
 
 /// The impulse of a row is known.
@@ -57,7 +71,7 @@ const KNOWN: usize = usize::MAX;
 /// The contacts of a node at the last step.
 pub(super) struct Present<'a> {
     pub(super) contacts: &'a mut [Contact],
-    pub(super) W: &'a Delassus,
+    pub(super) W: &'a mut Delassus,
     pub(super) islands: &'a Islands,
     pub(super) minus: &'a [f64],
     pub(super) plus: &'a [f64],
@@ -94,7 +108,7 @@ impl ActiveRows {
             }
         }
         self.response.clear();
-        self.passes = 0;
+        (self.passes, self.failures) = (0, 0);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -129,6 +143,7 @@ impl ActiveRows {
         elements: &Elements,
     ) -> Result<(), StepError> {
         let Present { contacts, W, islands, minus, plus, lambda, next, speeds, h } = present;
+
         self.lambda.clear();
         self.lambda.extend(self.all.iter().map(|row| lambda[*row]));
         self.drives.clear();
@@ -163,34 +178,24 @@ impl ActiveRows {
                 self.owners.push(*place);
             }
         }
-        self.state(W, islands, island);
         self.passes += 1;
-        let Self { cones, W, sparse, w, errors, found, solver, large, .. } = self;
-        let solved = if self.all.len() > DENSE {
-            let (ends, places, values) = &*sparse;
-            large.end_early(self.passes <= EARLY);
-            large.solve_within(cones, SparseRows { ends, places, values }, (w, errors), found)
+        if self.is_relaxed {
+            self.state_factor(W);
         } else {
-            solver.end_early(self.passes <= EARLY);
-            solver.solve_within(cones, W, (w, errors), found)
-        };
-        self.is_exact = solved.is_ok();
-        let leads_on = self.w.len() <= MANY || self.passes <= EARLY;
-        match solved {
-            Ok(_) => {}
-            Err(ConeFault::NoConvergence { residual, .. }) if residual < NEARBY && leads_on => {}
-            Err(fault) => {
-                let cone = match fault {
-                    ConeFault::Wedged { cone } => cone,
-                    _ => 0,
-                };
-                let element = contacts[self.owners[cone]].id.element;
-                let element = elements[element as usize].name().to_owned();
-                return Err(match fault {
-                    ConeFault::Wedged { .. } => ContactFault::Immovable { element }.into(),
-                    fault => ContactFault::Laws { element, fault }.into(),
-                });
-            }
+            self.state(W, islands, island);
+        }
+        let solved = self.solve(contacts, W);
+        if let Err(fault) = solved {
+            let cone = match fault {
+                ConeFault::Wedged { cone } => cone,
+                _ => 0,
+            };
+            let element = contacts[self.owners[cone]].id.element;
+            let element = elements[element as usize].name().to_owned();
+            return Err(match fault {
+                ConeFault::Wedged { .. } => ContactFault::Immovable { element }.into(),
+                fault => ContactFault::Laws { element, fault }.into(),
+            });
         }
         for (row, active) in self.all.iter().zip(&self.active) {
             if *active != KNOWN {
@@ -198,6 +203,101 @@ impl ActiveRows {
             }
         }
         Ok(())
+    }
+
+    /// Solves the problem that is stated: Coulomb's laws, or convex ones.
+    fn solve(&mut self, contacts: &[Contact], W: &mut Delassus) -> Result<(), ConeFault> {
+        // solutions of few steps first, nearer ones later
+        let rho = 10.0_f64.powi((1 + self.passes / 3).min(5) as i32);
+        if self.is_relaxed {
+            self.is_exact = self.proximal_step(rho);
+            return Ok(());
+        }
+        let are_many = self.w.len() > MANY;
+        let leads = self.passes <= if are_many { LEADS } else { EARLY };
+        let beyond = if are_many && leads { BEYOND } else { f64::INFINITY };
+        let Self { cones, W: own, sparse: (ends, places, values), w, errors, found, .. } = self;
+        let solved = if self.all.len() > DENSE {
+            self.large.end_early(Some(beyond));
+            self.large.solve_within(cones, SparseRows { ends, places, values }, (w, errors), found)
+        } else {
+            self.solver.end_early((are_many || leads).then_some(beyond));
+            self.solver.solve_within(cones, own, (w, errors), found)
+        };
+        self.is_exact = solved.is_ok();
+        match solved {
+            Err(ConeFault::NoConvergence { residual, .. }) => {
+                self.failures += usize::from(!leads);
+                let many = if self.failures <= FAILURES { MANY } else { FEW };
+                let leads_on = leads && are_many && self.lead(contacts, W, rho)
+                    || residual < NEARBY && (leads || self.w.len() <= many);
+                if leads_on { Ok(()) } else { solved.map(|_| ()) }
+            }
+            solved => solved.map(|_| ()),
+        }
+    }
+
+    /// Takes a proximal step of the convex laws with the slip of the last step, where all laws have
+    /// a convex one.
+    fn lead(&mut self, contacts: &[Contact], W: &mut Delassus, rho: f64) -> bool {
+        for (cone, owner) in self.cones.iter_mut().zip(&self.owners) {
+            match *cone {
+                Cone::Sliding { .. } => return false,
+                Cone::Friction { coefficient } => {
+                    *cone = Cone::Convex { coefficient, speed: contacts[*owner].slip };
+                }
+                _ => {}
+            }
+        }
+        W.factorize();
+        self.state_factor(W);
+        self.proximal_step(rho)
+    }
+
+    fn proximal_step(&mut self, rho: f64) -> bool {
+        let Self { cones, sparse: (ends, places, values), w, found, convex, .. } = self;
+        convex.step(cones, SparseRows { ends, places, values }, (w, rho), found).is_ok()
+    }
+
+    /// States the problem of the rows to be found: `L` of `W = L Lᵀ` and `w = ξ − W Λ`.
+    fn state_factor(&mut self, W: &Delassus) {
+        let Self { all, active, drives, sparse, w, found, lambda, columns, u, .. } = self;
+        let (ends, places, values) = sparse;
+        for vector in [&mut *values, w, found, u] {
+            vector.clear();
+        }
+        ends.clear();
+        places.clear();
+        columns.clear();
+        for ((row, drive), lambda) in all.iter().zip(&*drives).zip(&*lambda) {
+            // y(Λ') = ξ + W (Λ' − Λ), where what is known of Λ' is part of ξ
+            let less = match drive {
+                Drive::Known(value) => lambda - value,
+                Drive::Zero { .. } => *lambda,
+            };
+            for (column, value) in W.factor.row(*row) {
+                if column >= columns.len() {
+                    columns.resize(column + 1, u32::MAX);
+                }
+                if columns[column] == u32::MAX {
+                    columns[column] = u.len() as u32;
+                    u.push(0.0);
+                }
+                u[columns[column] as usize] += value * less;
+            }
+        }
+        for (l, row) in all.iter().enumerate().filter(|(l, _)| active[*l] != KNOWN) {
+            let Drive::Zero { xi, .. } = drives[l] else { continue };
+            let mut rest = xi;
+            for (column, value) in W.factor.row(*row) {
+                places.push(columns[column]);
+                values.push(value);
+                rest -= value * u[columns[column] as usize];
+            }
+            ends.push(places.len());
+            w.push(rest);
+            found.push(lambda[l]);
+        }
     }
 
     /// States the problem of the rows to be found: `W` and `w = ξ − W Λ`.

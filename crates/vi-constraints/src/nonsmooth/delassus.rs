@@ -18,6 +18,9 @@ use crate::scheme::StepError;
 use std::ops::Range;
 use vi_core::state::State;
 
+/// A pivot that rounding leaves, in parts of the largest.
+const SMALL: f64 = 1e-13;
+
 /// What a row has in a group.
 #[derive(Clone, Copy, Debug)]
 struct Part {
@@ -46,6 +49,29 @@ pub(super) struct Delassus {
     sums: Vec<f64>,     // k
     touched: Vec<bool>, // k
     found: Vec<u32>,
+    pub(super) factor: Factor,
+}
+
+/// `L` of `W = L Lᵀ`, in sparse rows.
+#[derive(Debug, Default)]
+pub(super) struct Factor {
+    ends: Vec<usize>, // k
+    places: Vec<u32>,
+    values: Vec<f64>,
+    of_part: Vec<[usize; 2]>, // the first column of its group, the row in its group
+    rows: Vec<Vec<f64>>,      // of each group that has rows, m × r
+    rest: Vec<f64>,           // m  of the diagonal
+    sizes: Vec<[usize; 3]>,   // of these groups: the first column, r, m
+    is_current: bool,
+}
+
+impl Factor {
+    /// The entries of a row, with their columns in ascending order.
+    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        let own = range(&self.ends, i);
+        let places = self.places[own.clone()].iter().map(|place| *place as usize);
+        places.zip(self.values[own].iter().copied())
+    }
 }
 
 impl Delassus {
@@ -71,6 +97,7 @@ impl Delassus {
         }
         self.find_columns(run, (state, h))?;
         self.multiply();
+        self.factor.is_current = false;
         let Self { groups, parts, part_ends, columns, at_rest, .. } = self;
         let Some(groups) = groups else { return Ok(()) };
         for (i, minus) in minus.iter_mut().enumerate() {
@@ -186,6 +213,72 @@ impl Delassus {
                 touched[*j as usize] = false;
             }
             self.ends.push(self.places.len());
+        }
+    }
+
+    /// Finds `L`, group by group: columns of the largest pivots, until rounding is left.
+    pub(super) fn factorize(&mut self) {
+        let Self { groups, entries, parts, part_ends, of_group, used, columns, factor, .. } = self;
+        let Some(groups) = groups else { return };
+        if std::mem::replace(&mut factor.is_current, true) {
+            return;
+        }
+        let product = |a: &Part, b: &Part| {
+            let own = entries[a.entries[0]..a.entries[1]].iter();
+            own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
+        };
+        used.sort_unstable();
+        factor.of_part.clear();
+        factor.of_part.resize(parts.len(), [0; 2]);
+        factor.rows.resize_with(factor.rows.len().max(used.len()), Vec::new);
+        factor.sizes.clear();
+        let mut first = 0;
+        for (group, rows) in used.iter().zip(&mut factor.rows) {
+            let own = &of_group[*group as usize];
+            let m = own.len();
+            let part = |i: usize| &parts[own[i] as usize];
+            let rest = &mut factor.rest;
+            rest.clear();
+            rest.extend((0..m).map(|i| product(part(i), part(i))));
+            let least = SMALL * rest.iter().copied().fold(0.0, f64::max);
+            rows.clear(); // column by column
+            let mut r = 0;
+            while r < groups.members(*group as usize).len() {
+                let Some(pivot) = (0..m).max_by(|a, b| rest[*a].total_cmp(&rest[*b])) else {
+                    break;
+                };
+                if rest[pivot] <= least {
+                    break;
+                }
+                let root = rest[pivot].sqrt();
+                for i in 0..m {
+                    let (a, b) = (part(i), part(pivot));
+                    let known: f64 = (0..r).map(|j| rows[j * m + i] * rows[j * m + pivot]).sum();
+                    let entry = 0.5 * (product(a, b) + product(b, a)) - known;
+                    rows.push(entry / root);
+                    rest[i] -= entry / root * (entry / root);
+                }
+                rest[pivot] = 0.0;
+                r += 1;
+            }
+            own.iter().enumerate().for_each(|(i, of)| factor.of_part[*of as usize] = [first, i]);
+            factor.sizes.push([first, r, m]);
+            first += r;
+        }
+        factor.ends.clear();
+        factor.places.clear();
+        factor.values.clear();
+        for i in 0..part_ends.len() {
+            for own in range(part_ends, i) {
+                let [first, i] = factor.of_part[own];
+                let Ok(place) = used.binary_search(&parts[own].group) else { continue };
+                let [_, r, m] = factor.sizes[place];
+                for j in 0..r {
+                    factor.places.push((first + j) as u32);
+                    factor.values.push(factor.rows[place][j * m + i]);
+                }
+            }
+            factor.ends.push(factor.places.len());
         }
     }
 

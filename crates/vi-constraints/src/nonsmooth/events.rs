@@ -255,7 +255,7 @@ impl Nonsmooth {
     }
 
     /// The step from a node: to the end of the macro step, to the first touch, or where no impulses
-    /// are found for it, to the end of a part of it.
+    /// are found for it, to the end of a part of it; where none are found either, with convex laws.
     fn take_node<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
@@ -264,6 +264,7 @@ impl Nonsmooth {
     ) -> Result<f64, StepError> {
         let mut part = h;
         let mut refused = None;
+        self.node.may_relax = false;
         loop {
             let t_end = if part < h { state.t + part } else { step.t_end };
             let own = SubStep { h: part, t_end, ..step };
@@ -275,7 +276,9 @@ impl Nonsmooth {
                 Err(StepError::Contact(fault)) if fault.may_end() => {
                     let refused = refused.get_or_insert(fault);
                     part *= 0.5;
-                    if part < SHORTEST * step.h {
+                    if part < SHORTEST * step.h && !self.node.may_relax {
+                        (part, self.node.may_relax) = (h, true);
+                    } else if part < SHORTEST * step.h {
                         return Err(StepError::Contact(refused.clone()));
                     }
                 }

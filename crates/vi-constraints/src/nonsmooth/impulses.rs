@@ -8,11 +8,11 @@
 //! contracts by `O(hω)`.
 
 use super::ContactFault;
-use super::active_rows::{ActiveRows, EARLY, Present};
+use super::active_rows::{ActiveRows, EARLY, FEW, Present};
 use super::delassus::Delassus;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
-use super::node_law::{CLOSED, Contact, Course, Kind, Rows};
+use super::node_law::{CLOSED, Contact, Course, Kind, Rows, SlipSpeed};
 use super::node_velocity::NodeVelocity;
 use super::stepping::Stepping;
 use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
@@ -32,6 +32,10 @@ const UNSETTLED: usize = 30;
 const HALVINGS: usize = 20;
 /// A change of velocities that islands with sparse rows end with, relative to velocities.
 const LARGE: f64 = 1e-10;
+/// A change of velocities that convex laws end with, relative to velocities.
+const RELAXED: f64 = 1e-6;
+/// Solutions after which the least slip counts in convex laws.
+pub(super) const FOLLOWED: usize = 10;
 /// A change of velocities that may stagnate, relative to velocities,
 const STAGNATION: f64 = 1e-9;
 /// and to what rounding leaves of it.
@@ -66,6 +70,10 @@ pub(super) struct NodeImpulses {
     length: f64,            // of the last one, s
     pub(super) whole: f64,  // H, s
     pub(super) is_guarded: bool,
+    pub(super) may_relax: bool,
+    failed: usize,   // the island without impulses
+    change: f64,     // of a velocity that the iteration ended with, m/s
+    begun: Vec<f64>, // k  Λ where an iteration began
 }
 
 impl NodeImpulses {
@@ -124,6 +132,8 @@ impl NodeImpulses {
                 halves: [0.0; 2],
                 parted_velocity: [0.0; 3],
                 parted: false,
+                slip_speed: SlipSpeed::Own,
+                slip: 0.0,
             });
         }
         let k = rows.len();
@@ -209,7 +219,9 @@ impl NodeImpulses {
         for contact in &mut self.contacts {
             (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
             (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
+            contact.slip_speed = SlipSpeed::Own;
         }
+        self.problems.iter_mut().for_each(|problem| problem.is_relaxed = false);
         if self.impact_law != ImpactLaw::Newton {
             return self.solve_after_impacts(elements, run, (step, state));
         }
@@ -305,7 +317,11 @@ impl NodeImpulses {
         at: (SubStep, &State),
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
-            (contact.course, contact.turns, contact.parted) = (Course::Usual, false, false);
+            (contact.turns, contact.parted) = (false, false);
+            contact.course = match contact.slip_speed {
+                SlipSpeed::Own => Course::Usual,
+                _ => Course::Plain,
+            };
         }
         self.iterate(elements, run, at)?;
         if self.turning_slip && self.find_turns(elements, at.0.h)? {
@@ -370,8 +386,34 @@ impl NodeImpulses {
         Ok(any)
     }
 
-    /// The outer iteration, from the present impulses.
+    /// The outer iteration, from the present impulses; with convex laws, where it ends without a
+    /// solution and those are allowed.
     fn iterate<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        at: (SubStep, &State),
+    ) -> Result<(), StepError> {
+        self.begun.clone_from(&self.lambda);
+        loop {
+            let outcome = self.iterate_laws(elements, run, at);
+            let Err(StepError::Contact(fault)) = &outcome else { return outcome };
+            let may_relax = self.may_relax || self.rows.len() > FEW;
+            let turns = self.contacts.iter().any(|contact| contact.turns);
+            if turns || !may_relax || !fault.may_end() || self.problems[self.failed].is_relaxed {
+                return outcome;
+            }
+            self.problems[self.failed].is_relaxed = true;
+            for place in self.islands.contacts(self.failed) {
+                self.contacts[*place].relax();
+            }
+            self.W.factorize();
+            self.lambda.clone_from(&self.begun);
+        }
+    }
+
+    /// The same without.
+    fn iterate_laws<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
@@ -398,19 +440,26 @@ impl NodeImpulses {
                 return Ok(());
             }
             self.measure(elements, run, (step, state));
+            if pass == FOLLOWED {
+                self.contacts.iter_mut().for_each(Contact::keep_slip_speed);
+            }
             let (speeds, h) = (self.speeds(), step.h);
             let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
             let mut is_exact = true;
             for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
                 let present =
                     Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
-                problem.next_impulses(k, present, elements)?;
+                if let Err(fault) = problem.next_impulses(k, present, elements) {
+                    self.failed = k;
+                    return Err(fault);
+                }
                 is_exact &= problem.is_exact();
             }
             let (change, rounding, _) = self.largest_change(step.h);
             let may_stagnate = (STAGNATION * speeds).max(STAGNATION_ROUNDING * rounding);
             let stagnates = last <= may_stagnate && change >= last;
             if is_exact && (change <= rounding || stagnates) {
+                self.change = change;
                 return Ok(());
             }
             passes = pass + 1;
@@ -425,7 +474,9 @@ impl NodeImpulses {
             last = change;
             std::mem::swap(&mut self.lambda, &mut self.next);
         }
-        let element = self.largest_change(step.h).2;
+        let worst = self.largest_change(step.h).2;
+        self.failed = self.islands.of(worst);
+        let element = self.contacts[worst].id.element;
         let fault = ContactFault::NoConvergence {
             element: elements[element as usize].name().to_owned(),
             contacts: self.contacts.len(),
@@ -433,6 +484,15 @@ impl NodeImpulses {
             change: last,
         };
         Err(fault.into())
+    }
+
+    /// By how much a contact moves beside Coulomb's law at most, m/s; `None` without convex laws.
+    pub(super) fn deviation(&self) -> Option<f64> {
+        let deviations = self.contacts.iter().filter_map(|contact| {
+            let deviation = contact.deviation()?;
+            Some(if self.lambda[contact.row] > 0.0 { deviation } else { 0.0 })
+        });
+        deviations.map(|own| own.max(self.change)).reduce(f64::max)
     }
 
     /// Takes the step with the present impulses, or where it has no solution with those, with
@@ -533,20 +593,25 @@ impl NodeImpulses {
     }
 
     /// The change `W(Λ' − Λ)` that is largest beside rounding, the velocity that rounding leaves
-    /// of it, and the element.
-    fn largest_change(&self, h: f64) -> (f64, f64, u32) {
+    /// of it, and the place of the contact.
+    fn largest_change(&self, h: f64) -> (f64, f64, usize) {
         let Self { contacts, W, islands, problems, lambda, next, .. } = self;
         let speeds = self.speeds();
         let (mut worst, mut found) = (-1.0, (0.0, 0.0, 0));
         for island in 0..islands.count() {
-            let part = if problems[island].is_large() { LARGE } else { 4.0 * f64::EPSILON };
-            for contact in islands.contacts(island).iter().map(|place| &contacts[*place]) {
+            let part = match &problems[island] {
+                problem if problem.is_relaxed => RELAXED,
+                problem if problem.is_large() => LARGE,
+                _ => 4.0 * f64::EPSILON,
+            };
+            for place in islands.contacts(island) {
+                let contact = &contacts[*place];
                 let rounding = (part * speeds).max(contact.rounding(speeds, h));
                 for i in contact.row..contact.row + contact.law.rows() {
                     let change = W.product(i, |j| next[j] - lambda[j]).abs();
                     if change / rounding > worst {
                         worst = change / rounding;
-                        found = (change, rounding, contact.id.element);
+                        found = (change, rounding, *place);
                     }
                 }
             }

@@ -29,6 +29,11 @@
 //! U⁺ − W_NF Λ_2 + e (U⁻ + W_NF Λ_1)     in the place of U⁺ + e U⁻                              [N7]
 //! ```
 //!
+//! Where no impulses are found, the speed `s` of slip is that of an earlier solution of the step:
+//! ```text
+//! (ξ_N + s, ξ_T) in the dual cone, Λ in the cone, orthogonal;   s = μ|ξ_T| is Coulomb's law  [2.51]
+//! ```
+//!
 //! Static friction: what stuck in the step before, touches without slip, or turns back in this step
 //! is solved with its static coefficient. Where it slips by that, it is solved again with the other
 //! one. Of points whose impulses are not unique one may be at its bound and rest: what slips has a
@@ -102,7 +107,22 @@ pub(super) struct Contact {
     pub(super) bound: f64,                // b of dry friction
     pub(super) halves: [f64; 2],          // ½ h_{n−1} τ_c, ½ h_n τ_c of dry friction
     pub(super) parted_velocity: [f64; 3], // e W_NF Λ_1 − W_NF Λ_2 of the dry friction beside it
+    pub(super) slip_speed: SlipSpeed,
+    pub(super) slip: f64,    // μ|ξ_T| of the last evaluation
     pub(super) parted: bool, // its dry friction slides before an impact of its island and after it
+}
+
+/// The speed of slip in the law of friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) enum SlipSpeed {
+    /// Its own: Coulomb's law.
+    #[default]
+    Own,
+    /// That of the last solution of the step: `s` of a convex law.
+    Followed(f64),
+    /// The same, or that of a later solution where that is less: then no contact closes beside its
+    /// law, which would gain energy where it is opened again.
+    Least(f64),
 }
 
 /// What a row of a contact is driven by, at the last step that was solved.
@@ -187,7 +207,7 @@ impl Contact {
                 let turning =
                     self.slip_before.filter(|_| self.turns && self.kind == Kind::Position);
                 let cone = match turning {
-                    None => Cone::Friction { coefficient: friction },
+                    None => self.friction_cone(friction, libm::hypot(a, b)),
                     Some(s_0) => {
                         let (mean, slope) = mean_direction(s_0, self.sigma);
                         let direction = mean.map(|s| friction * s);
@@ -201,6 +221,45 @@ impl Contact {
                 let drive = self.dry_friction(rows.lambda[0], rows.w);
                 ([drive, zero(0.0), zero(0.0)], Cone::Bounded { bound: self.bound })
             }
+        }
+    }
+
+    /// Coulomb's cone, with the slip `|ξ_T|`.
+    fn friction_cone(&mut self, coefficient: f64, slip: f64) -> Cone {
+        self.slip = coefficient * slip;
+        let speed = match &mut self.slip_speed {
+            SlipSpeed::Own => return Cone::Friction { coefficient },
+            SlipSpeed::Followed(speed) => {
+                *speed = self.slip;
+                *speed
+            }
+            SlipSpeed::Least(speed) => {
+                *speed = speed.min(self.slip);
+                *speed
+            }
+        };
+        Cone::Convex { coefficient, speed }
+    }
+
+    /// Convex laws from now on.
+    pub(super) fn relax(&mut self) {
+        self.slip_speed = SlipSpeed::Followed(0.0);
+        (self.slides, self.kept) = (false, true);
+        self.course = Course::Plain;
+    }
+
+    /// From now on the least speed of slip counts.
+    pub(super) fn keep_slip_speed(&mut self) {
+        if let SlipSpeed::Followed(speed) = self.slip_speed {
+            self.slip_speed = SlipSpeed::Least(speed);
+        }
+    }
+
+    /// By how much its law of friction is not Coulomb's, m/s.
+    pub(super) fn deviation(&self) -> Option<f64> {
+        match self.slip_speed {
+            SlipSpeed::Own => None,
+            SlipSpeed::Followed(speed) | SlipSpeed::Least(speed) => Some((speed - self.slip).abs()),
         }
     }
 
@@ -298,6 +357,7 @@ impl Contact {
     pub(super) fn may_turn(&self) -> bool {
         let Some([a, b]) = self.slip_before else { return false };
         self.kind == Kind::Position
+            && self.slip_speed == SlipSpeed::Own
             && !self.slides
             && (a != 0.0 || b != 0.0)
             && a * self.sigma[0] + b * self.sigma[1] <= 0.0

@@ -161,6 +161,8 @@ impl<O: Operator> Interior<O> {
             let one = Vector3::new(1.0, 0.0, 0.0);
             let (own, map) = match cone {
                 Cone::Normal => (Own::Ray, one),
+                // solved by proximal steps
+                Cone::Convex { .. } => continue,
                 Cone::Friction { coefficient } if coefficient > 0.0 => {
                     (Own::Disc, Vector3::new(1.0, coefficient, coefficient))
                 }

@@ -31,10 +31,10 @@ const LOOKS: usize = 16;
 const NEWTON_STEPS: usize = 30;
 /// Steps in a row that find no smaller violation: they lead nowhere.
 const PATIENCE: usize = 10;
+/// The same where who asks corrects `w` next.
+const SHORT: usize = 3;
 /// So often a step is halved, if it makes the violation larger.
 const HALVINGS: usize = 10;
-/// A violation to end with, where who asks corrects `w` next.
-const NEARBY: f64 = 1e-4;
 /// Convex programs in a sequence.
 const PROGRAMS: usize = 20;
 /// Added to the diagonal of the derivative: impulses need not be unique. Near a solution, below
@@ -56,9 +56,14 @@ pub struct SparseRows<'a> {
 }
 
 impl SparseRows<'_> {
-    fn range(ends: &[usize], i: usize) -> std::ops::Range<usize> {
-        i.checked_sub(1).map_or(0, |before| ends[before])..ends[i]
+    /// Where the entries of a row stand.
+    pub(super) fn range(&self, i: usize) -> std::ops::Range<usize> {
+        range(self.ends, i)
     }
+}
+
+fn range(ends: &[usize], i: usize) -> std::ops::Range<usize> {
+    i.checked_sub(1).map_or(0, |before| ends[before])..ends[i]
 }
 
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated but
@@ -83,7 +88,7 @@ pub struct LargeConeSolver {
     from: Vec<f64>,  // k
     best: Vec<f64>,  // k
     swept: Vec<f64>, // k
-    ends_nearby: bool,
+    ends_beyond: Option<f64>,
     nearest: Vec<f64>, // k
     least: f64,        // the residual of `nearest`
     derivative: Option<SparseMatrix>,
@@ -92,8 +97,8 @@ pub struct LargeConeSolver {
 
 impl LargeConeSolver {
     /// As [`super::ConeSolver::end_early`].
-    pub fn end_early(&mut self, wanted: bool) {
-        self.ends_nearby = wanted;
+    pub fn end_early(&mut self, beyond: Option<f64>) {
+        self.ends_beyond = beyond;
     }
 
     /// Finds the impulses of `y = WΛ + w` to `1e-11` of the sizes of the terms.
@@ -130,7 +135,7 @@ impl LargeConeSolver {
         lambda: &[f64],
     ) {
         let entry = |i: usize, j: usize| {
-            let own = SparseRows::range(W.ends, i);
+            let own = W.range(i);
             let place = W.places[own.clone()].binary_search(&(j as u32));
             place.map_or(0.0, |place| W.values[own.start + place])
         };
@@ -171,7 +176,7 @@ impl LargeConeSolver {
         }
         values.clear();
         for (i, unit) in units.iter().enumerate() {
-            let own = SparseRows::range(W.ends, i);
+            let own = W.range(i);
             let scaled = W.places[own.clone()].iter().zip(&W.values[own]);
             values.extend(scaled.map(|(j, value)| value * unit * units[*j as usize]));
         }
@@ -185,11 +190,16 @@ impl LargeConeSolver {
         }
         self.least = f64::INFINITY;
         self.swept.clone_from(&self.impulse);
+        if self.ends_beyond.is_some_and(|beyond| residual > beyond) {
+            self.least = residual;
+            self.nearest.clone_from(&self.impulse);
+            return self.end_nearby();
+        }
         residual = self.newton();
         if self.excess <= TARGET {
             return done(residual, 1);
         }
-        if self.ends_nearby && self.least <= NEARBY {
+        if self.ends_beyond.is_some() {
             return self.end_nearby();
         }
         self.residual(); // F at the best impulses
@@ -260,7 +270,8 @@ impl LargeConeSolver {
         self.best.clone_from(&self.impulse);
         let (mut leads, mut idle) = (true, 0); // of steady steps
         for _ in 0..NEWTON_STEPS {
-            if least <= TARGET || excess <= TARGET && slow || idle == PATIENCE {
+            let patience = if self.ends_beyond.is_some() { SHORT } else { PATIENCE };
+            if least <= TARGET || excess <= TARGET && slow || idle == patience {
                 break;
             }
             let is_steady = now <= CLOSE && leads;
@@ -323,7 +334,7 @@ impl LargeConeSolver {
             for l in 0..rows {
                 let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
                 let [of_y, own] = [slope.change(unit, [0.0; 3]), slope.change([0.0; 3], unit)];
-                let entries = SparseRows::range(&self.ends, row + l);
+                let entries = range(&self.ends, row + l);
                 for i in 0..rows {
                     let places = self.places[entries.clone()].iter();
                     for (j, value) in places.zip(&self.values[entries.clone()]) {
@@ -342,7 +353,7 @@ impl LargeConeSolver {
     }
 
     fn velocity_of(&self, i: usize, impulse: &[f64]) -> (f64, f64) {
-        let own = SparseRows::range(&self.ends, i);
+        let own = range(&self.ends, i);
         let entries = self.places[own.clone()].iter().zip(&self.values[own]);
         let (mut y, mut size) = (self.w[i], self.w[i].abs());
         for (j, value) in entries {
@@ -414,7 +425,7 @@ impl Rows for LargeConeSolver {
 
     fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
         for i in 0..self.w.len() {
-            let own = SparseRows::range(&self.ends, i);
+            let own = range(&self.ends, i);
             let entries = self.places[own.clone()].iter().zip(&self.values[own]);
             entries.for_each(|(j, value)| visit(i, *j as usize, *value));
         }

@@ -13,7 +13,7 @@
 #![allow(non_snake_case)] // A
 
 use super::problem::Cone;
-use super::residual::{clip, norm, sliding};
+use super::residual::{clip, norm, sliding, to_cone};
 use nalgebra::{Matrix3, Vector3};
 
 /// The law of a contact with `part` of its friction; of laws of one row the first entries count.
@@ -28,8 +28,20 @@ pub(super) fn law(
         Cone::Normal => one(unilateral(A[(0, 0)], c[0])),
         Cone::Bounded { bound } => one(bounded(A[(0, 0)], c[0], bound, now[0])),
         Cone::Friction { coefficient } => friction(A, c, part * coefficient, now),
+        Cone::Convex { coefficient, speed } => {
+            let c = Vector3::new(c[0] + speed, c[1], c[2]);
+            projected(A, &c, part * coefficient, now)
+        }
         Cone::Sliding { direction, slope, at } => slide(A, c, (direction, slope, at), now),
     }
+}
+
+/// A step of projected iteration onto the cone.
+fn projected(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Vector3<f64> {
+    let size = A.trace();
+    let part = if size > 0.0 { 1.0 / size } else { 1.0 };
+    let z = now - part * (A * now + c);
+    to_cone([z[0], z[1], z[2]], mu).into()
 }
 
 /// A contact that slides: Newton's method of the three equations, from `now`.

@@ -18,6 +18,16 @@ pub enum Cone {
         /// `μ ≥ 0`.
         coefficient: f64,
     },
+    /// Coulomb's cone where the speed of slip is known beforehand, three rows, the normal one
+    /// first: `Λ` is in the cone `|Λ_T| ≤ μΛ_N`, `(y_N + s, y_T)` in its dual, and both are
+    /// orthogonal. With `s = μ|y_T|` these are the laws of [`Cone::Friction`]; with any `s` the
+    /// problem is convex.
+    Convex {
+        /// `μ ≥ 0`.
+        coefficient: f64,
+        /// `s ≥ 0`, m/s.
+        speed: f64,
+    },
     /// A contact that slides in a direction that is known to first order, three rows, the normal
     /// one first: `0 ≤ Λ_N ⊥ y_N ≥ 0`, `Λ_T = −Λ_N (s + S (y_T − v))`.
     Sliding {
@@ -40,6 +50,9 @@ impl Cone {
     pub(super) fn in_units(self, unit: f64) -> Self {
         match self {
             Self::Bounded { bound } => Self::Bounded { bound: bound / unit },
+            Self::Convex { coefficient, speed } => {
+                Self::Convex { coefficient, speed: speed * unit }
+            }
             Self::Sliding { direction, slope, at } => Self::Sliding {
                 direction,
                 slope: slope.map(|row| row.map(|entry| entry / unit)),
@@ -55,6 +68,7 @@ impl Cone {
             Self::Normal => true,
             Self::Friction { coefficient } => coefficient.is_finite(),
             Self::Bounded { bound } => bound.is_finite(),
+            Self::Convex { coefficient, speed } => coefficient.is_finite() && speed.is_finite(),
             Self::Sliding { direction, slope, at } => {
                 let numbers = direction.iter().chain(slope.as_flattened()).chain(&at);
                 numbers.copied().all(f64::is_finite)
@@ -67,7 +81,7 @@ impl Cone {
     pub fn rows(&self) -> usize {
         match self {
             Self::Normal | Self::Bounded { .. } => 1,
-            Self::Friction { .. } | Self::Sliding { .. } => 3,
+            Self::Friction { .. } | Self::Convex { .. } | Self::Sliding { .. } => 3,
         }
     }
 }

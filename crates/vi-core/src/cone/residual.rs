@@ -3,6 +3,7 @@
 //! ```text
 //! normal     F = Λ − max(0, Λ − ρy)
 //! friction   F_N as above,  F_T = Λ_T − Π(z),  z = Λ_T − ρy_T,  Π onto the disc |·| ≤ R = μ max(0, Λ_N − ρy_N)
+//! convex     F = Λ − Π_K(z),  z = Λ − ρ(y + s e_N),  Π_K onto the cone |·_T| ≤ μ·_N
 //! bounded    F = Λ − clip(Λ − ρy, ±b)
 //! ```
 //! Source: P. Alart, A. Curnier, CMAME 92 (1991) 353–375. Any `ρ > 0` has the same solutions; in
@@ -110,6 +111,11 @@ pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F:
             F[1] = impulse[1] - disc[0];
             F[2] = impulse[2] - disc[1];
         }
+        Cone::Convex { coefficient, speed } => {
+            let [normal, first, second] = [0, 1, 2].map(|i| impulse[i] - rho * y[i]);
+            let nearest = to_cone([normal - rho * speed, first, second], coefficient);
+            (0..3).for_each(|i| F[i] = impulse[i] - nearest[i]);
+        }
         Cone::Sliding { direction, slope, at } => {
             F[0] = impulse[0] - (impulse[0] - rho * y[0]).max(0.0);
             let part = sliding(direction, slope, at, [y[1], y[2]]);
@@ -126,6 +132,36 @@ pub(super) struct LawSlope {
     across: Across,
 }
 
+/// Where the nearest point of the cone is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Nearest {
+    Itself,
+    Apex,
+    /// On its rim, in this direction; `|z_T|`, and the normal part of the nearest point.
+    Rim([f64; 2], f64, f64),
+}
+
+fn nearest([normal, first, second]: [f64; 3], mu: f64) -> Nearest {
+    let length = norm([first, second]);
+    if length <= mu * normal {
+        Nearest::Itself
+    } else if mu * length <= -normal {
+        Nearest::Apex
+    } else {
+        let unit = if length > 0.0 { [first / length, second / length] } else { [0.0; 2] };
+        Nearest::Rim(unit, length, (normal + mu * length) / (1.0 + mu * mu))
+    }
+}
+
+/// The nearest point of `|·_T| ≤ μ·_N`.
+pub(super) fn to_cone(z: [f64; 3], mu: f64) -> [f64; 3] {
+    match nearest(z, mu) {
+        Nearest::Itself => z,
+        Nearest::Apex => [0.0; 3],
+        Nearest::Rim([a, b], _, normal) => [normal, mu * normal * a, mu * normal * b],
+    }
+}
+
 /// Along the tangents.
 enum Across {
     None,
@@ -135,6 +171,10 @@ enum Across {
         part: [f64; 2],
     },
     Stick,
+    Convex {
+        nearest: Nearest,
+        mu: f64,
+    },
     /// `δF_T` outside of the disc of the radius `R`, `R/|z|`, of which `μ` is the slope over
     /// `Λ_N − y_N`; or where it is open.
     Slip {
@@ -157,6 +197,11 @@ impl LawSlope {
                 let part = sliding(direction, slope, at, [y[1], y[2]]);
                 Across::Sliding { impulse: impulse[0], slope, part }
             }
+            Cone::Convex { coefficient: mu, speed } => {
+                let z_T = [1, 2].map(|i| impulse[i] - rho * y[i]);
+                let z = [z - rho * speed, z_T[0], z_T[1]];
+                Across::Convex { nearest: nearest(z, mu), mu }
+            }
             Cone::Friction { coefficient } => {
                 let z_T = [1, 2].map(|i| impulse[i] - rho * y[i]);
                 let (length, R) = (norm(z_T), coefficient * z.max(0.0));
@@ -175,9 +220,25 @@ impl LawSlope {
     /// `δF` of `δy` and `δΛ`.
     pub(super) fn change(&self, y: [f64; 3], impulse: [f64; 3]) -> [f64; 3] {
         let rho = self.rho;
+        if let Across::Convex { nearest, mu } = self.across {
+            let dz = [0, 1, 2].map(|i| impulse[i] - rho * y[i]);
+            let of_point = match nearest {
+                Nearest::Itself => dz,
+                Nearest::Apex => [0.0; 3],
+                Nearest::Rim(unit, length, normal) => {
+                    let along = unit[0] * dz[1] + unit[1] * dz[2];
+                    let rise = (dz[0] + mu * along) / (1.0 + mu * mu);
+                    let turn = if length > 0.0 { mu * normal / length } else { 0.0 };
+                    let across =
+                        |i: usize| mu * rise * unit[i] + turn * (dz[1 + i] - along * unit[i]);
+                    [rise, across(0), across(1)]
+                }
+            };
+            return [0, 1, 2].map(|i| impulse[i] - of_point[i]);
+        }
         let normal = if self.closed { rho * y[0] } else { impulse[0] };
         let [first, second] = match self.across {
-            Across::None => [0.0; 2],
+            Across::None | Across::Convex { .. } => [0.0; 2],
             Across::Stick => [rho * y[1], rho * y[2]],
             Across::Sliding { impulse: pressed, slope, part } => [0, 1].map(|i| {
                 let turn = slope[i][0] * y[1] + slope[i][1] * y[2];
@@ -230,7 +291,7 @@ mod tests {
     /// `∂F/∂Λ` against central differences, at points of every branch.
     #[test]
     fn the_derivative_is_that_of_the_projections() {
-        let mut branches = [0; 6];
+        let mut branches = [0; 9];
         for seed in 0..200 {
             let mut sample = Sample::new(seed);
             let cones = [
@@ -243,8 +304,9 @@ mod tests {
                     slope: [[0.4, -0.1], [-0.1, 0.7]],
                     at: [0.5, 0.1],
                 },
+                Cone::Convex { coefficient: 0.8, speed: 0.2 },
             ];
-            let k = 11;
+            let k = 14;
             let rows = sample.matrix(k, k);
             let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
             let mut problem = Problem::default();
@@ -276,6 +338,12 @@ mod tests {
             branches[usize::from(z[0] > 0.0 && norm([z[1], z[2]]) > 0.6 * z[0])] += 1;
             branches[2 + usize::from(z[0] > 0.0 && norm([z[1], z[2]]) < 0.6 * z[0])] += 1;
             branches[4 + usize::from(z[3] > 0.0)] += 1;
+            let (normal, tangent) = (z[11] - 0.7 * 0.2, norm([z[12], z[13]]));
+            branches[if tangent <= 0.8 * normal {
+                6
+            } else {
+                7 + usize::from(0.8 * tangent <= -normal)
+            }] += 1;
             let step = 1e-7;
             for j in 0..k {
                 let mut at = |shift: f64| {

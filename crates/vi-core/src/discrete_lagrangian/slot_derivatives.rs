@@ -40,8 +40,8 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     fn potential_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
     /// Emits `by_q ∂(f − ∇V)/∂q + by_v ∂f/∂v` at a Gauss node, without
     /// [`MechanicalSystem::interpolation`]; shape `n × n`, always the same places in the same
-    /// order where the same factors are zero. No step needs it: it is part of the tangent of a Galerkin step. The default knows no
-    /// forces.
+    /// order where the same factors are zero. No step needs it: it is part of the tangent of a
+    /// Galerkin step. The default knows no forces.
     fn gauss_slopes(
         &self,
         at: Configuration<'_>,

@@ -12,9 +12,9 @@
 //! near side   turn    −Σ m_j (n_j × F_j)·ψ             (R_τ + r × R_f)·ψ               n_j of the parent
 //! far side    turn    −Σ m_j (n_j × F_j)·ψ             −R_τ·ψ                          n_j of the child
 //! ```
-//! `F_j`: `F_τ` of a turn, `F_f` of a slide. Where a pair leaves a gap, the lever from one reference
-//! point to the next contains it and does not read the near anchor: 0 and `F_f × (ω_k − ω_p)` at
-//! `q_n`. Near and far: of the parent and of the child in the tree.
+//! `F_j`: `F_τ` of a turn, `F_f` of a slide. Where a pair leaves a gap, the lever from one
+//! reference point to the next contains it and does not read the near anchor: 0 and
+//! `F_f × (ω_k − ω_p)` at `q_n`. Near and far: of the parent and of the child in the tree.
 #![allow(non_snake_case)] // F, R
 
 use super::columns::Axis;
