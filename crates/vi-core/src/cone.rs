@@ -14,9 +14,9 @@
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
 //! Where both fail, as of tall stacks with masses of several ratios, convex programs in a sequence
 //! lead to a solution; of many rows other impulses to begin with are tried last. With a speed of
-//! slip that is given the laws are convex: [`ConvexSolver`] finds a solution in any case. Nothing depends on
-//! earlier problems but `Λ` itself, the warm start: of several solutions the one next to it is
-//! likely.
+//! slip that is given the laws are convex: [`ConvexSolver`] finds a solution in any case. Nothing
+//! depends on earlier problems but `Λ` itself, the warm start: of several solutions the one next to
+//! it is likely.
 //!
 //! Of many contacts [`LargeConeSolver`] takes `W` in sparse rows.
 //!
