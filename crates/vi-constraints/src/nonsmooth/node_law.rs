@@ -120,8 +120,8 @@ pub(super) enum SlipSpeed {
     Own,
     /// That of the last solution of the step: `s` of a convex law.
     Followed(f64),
-    /// The same, or that of a later solution where that is less: then no contact closes beside its
-    /// law, which would gain energy where it is opened again.
+    /// The same, or that of a later solution where that is less: what closes beside its law would
+    /// gain energy where it is opened again.
     Least(f64),
 }
 
