@@ -1,7 +1,7 @@
 //! Bodies that touch at more points than they have freedoms and are hit: steps go on where no
 //! impulses of Coulomb's law are found, and what is approximate then is counted.
 
-use super::shape_runs::{model, rule, solid};
+use super::shape_runs::{model, momenta_off, rule, solid};
 use holonom::Simulation;
 use holonom::experiment::Experiment;
 use vi_testkit::model::heavy;
@@ -28,17 +28,8 @@ fn cubes_that_are_hit_keep_their_momentum_and_gain_no_energy() {
     let all: Vec<_> =
         run.samples().map(|own| own.unwrap_or_else(|own| panic!("{}", own.message))).collect();
     let first = &all[0];
-    let size = |own: &[f64; 3]| own.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-    let sizes = [size(&first.momentum.linear), size(&first.momentum.angular)];
-    let (mut off, mut rise) = (0.0_f64, f64::MIN);
-    for pair in all.windows(2) {
-        let now = &pair[1].momentum;
-        for i in 0..3 {
-            off = off.max((now.linear[i] - first.momentum.linear[i]).abs() / sizes[0]);
-            off = off.max((now.angular[i] - first.momentum.angular[i]).abs() / sizes[1]);
-        }
-        rise = rise.max(pair[1].energy - pair[0].energy);
-    }
+    let off = momenta_off(&all);
+    let rise = all.windows(2).map(|pair| pair[1].energy - pair[0].energy).fold(f64::MIN, f64::max);
     let counts = run.contact_counts().unwrap();
     println!(
         "momenta off by {off:.1e}, energy rises by {rise:.1e} of {:.1} J at most, {counts:?}",
@@ -48,7 +39,7 @@ fn cubes_that_are_hit_keep_their_momentum_and_gain_no_energy() {
     assert!(rise < 1e-6 * first.energy, "{rise:e}");
     assert!(counts.relaxed > 0 && counts.divided == 0, "{counts:?}");
     assert!(counts.largest_deviation > 0.0 && counts.largest_deviation < 0.1, "{counts:?}");
-    // no contact closes beside its law: gaps are those that the end of an iteration leaves
+    // what closes beside its law here is what the end of an iteration leaves
     let gap = counts.smallest_gap.unwrap();
     assert!(gap > -1e-6 * 3.0 * 0.002, "{gap:e}");
 }

@@ -32,6 +32,22 @@ fn mesh_box(squares: usize) -> Mesh {
     Mesh::from_bytes(Path::new("box.obj"), cube_of_squares(squares).into_bytes()).unwrap()
 }
 
+/// By how much linear and angular momentum change at most, relative to their largest components at
+/// the start.
+pub(crate) fn momenta_off(all: &[Sample]) -> f64 {
+    let first = &all[0].momentum;
+    let size = |own: &[f64; 3]| own.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let (linear, angular) = (size(&first.linear), size(&first.angular));
+    let mut worst = 0.0_f64;
+    for now in all[1..].iter().map(|own| &own.momentum) {
+        for i in 0..3 {
+            worst = worst.max((now.linear[i] - first.linear[i]).abs() / linear);
+            worst = worst.max((now.angular[i] - first.angular[i]).abs() / angular);
+        }
+    }
+    worst
+}
+
 /// Free bodies that tumble into each other: momenta to rounding errors, no energy from contact.
 pub(crate) fn tumble(first: &str, second: &str) {
     let (mut hits, mut worst, mut most) = (0, 0.0_f64, f64::MIN);
@@ -57,14 +73,8 @@ pub(crate) fn tumble(first: &str, second: &str) {
         ];
         let all = samples(&text.concat());
         let first = &all[0];
-        let size = |own: &[f64; 3]| own.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
-        let (linear, angular) = (size(&first.momentum.linear), size(&first.momentum.angular));
+        worst = worst.max(momenta_off(&all));
         for own in &all[1..] {
-            for i in 0..3 {
-                let (now, before) = (&own.momentum, &first.momentum);
-                worst = worst.max((now.linear[i] - before.linear[i]).abs() / linear);
-                worst = worst.max((now.angular[i] - before.angular[i]).abs() / angular);
-            }
             most = most.max(own.energy - first.energy);
         }
         hits += usize::from(first.energy - all[all.len() - 1].energy > 1e-3);

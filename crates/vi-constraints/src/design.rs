@@ -115,3 +115,12 @@ pub struct Costates<'a> {
     /// parameter then changes what they are, and not their gradients.
     pub apart: [bool; 2],
 }
+
+impl<'a> Costates<'a> {
+    /// Of a step in which all constraints have multipliers: `μ` and `b'`, shape `n`, and `σ`, shape
+    /// `m`.
+    #[must_use]
+    pub const fn of_rows(step: &'a [f64], momentum: &'a [f64], rows: &'a [f64]) -> Self {
+        Self { step, momentum, rows, moved: [&[]; 2], apart: [false; 2] }
+    }
+}

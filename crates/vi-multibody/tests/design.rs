@@ -417,13 +417,7 @@ fn numbers_of_random_mechanisms_have_their_derivatives() {
         let [mu, momentum] =
             [(); 2].map(|()| (0..n).map(|_| random.number()).collect::<Vec<f64>>());
         let sigma: Vec<f64> = (0..m).map(|_| random.number()).collect();
-        let costates = Costates {
-            step: &mu,
-            momentum: &momentum,
-            rows: &sigma,
-            moved: [&[]; 2],
-            apart: [false; 2],
-        };
+        let costates = Costates::of_rows(&mu, &momentum, &sigma);
         let list = tangents(&built.0, &built.1);
         let all: Vec<_> = list.iter().map(|own| own.1.clone()).collect();
         for quadrature in [Quadrature::Midpoint, Quadrature::Trapezoidal] {

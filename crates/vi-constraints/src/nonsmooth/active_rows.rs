@@ -143,7 +143,6 @@ impl ActiveRows {
         elements: &Elements,
     ) -> Result<(), StepError> {
         let Present { contacts, W, islands, minus, plus, lambda, next, speeds, h } = present;
-
         self.lambda.clear();
         self.lambda.extend(self.all.iter().map(|row| lambda[*row]));
         self.drives.clear();

@@ -68,9 +68,7 @@ pub(super) struct Factor {
 impl Factor {
     /// The entries of a row, with their columns in ascending order.
     pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        let own = range(&self.ends, i);
-        let places = self.places[own.clone()].iter().map(|place| *place as usize);
-        places.zip(self.values[own].iter().copied())
+        row((&self.ends, &self.places, &self.values), i)
     }
 }
 
@@ -189,10 +187,7 @@ impl Delassus {
         sums.resize(k, 0.0);
         touched.clear();
         touched.resize(k, false);
-        let product = |a: &Part, b: &Part| {
-            let own = entries[a.entries[0]..a.entries[1]].iter();
-            own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
-        };
+        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
         for i in 0..k {
             found.clear();
             for own in &parts[range(part_ends, i)] {
@@ -203,7 +198,7 @@ impl Delassus {
                         (touched[j], sums[j]) = (true, 0.0);
                         found.push(other.row);
                     }
-                    sums[j] += 0.5 * (product(own, other) + product(other, own));
+                    sums[j] += product(own, other);
                 }
             }
             found.sort_unstable();
@@ -223,10 +218,7 @@ impl Delassus {
         if std::mem::replace(&mut factor.is_current, true) {
             return;
         }
-        let product = |a: &Part, b: &Part| {
-            let own = entries[a.entries[0]..a.entries[1]].iter();
-            own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
-        };
+        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
         used.sort_unstable();
         factor.of_part.clear();
         factor.of_part.resize(parts.len(), [0; 2]);
@@ -254,7 +246,7 @@ impl Delassus {
                 for i in 0..m {
                     let (a, b) = (part(i), part(pivot));
                     let known: f64 = (0..r).map(|j| rows[j * m + i] * rows[j * m + pivot]).sum();
-                    let entry = 0.5 * (product(a, b) + product(b, a)) - known;
+                    let entry = product(a, b) - known;
                     rows.push(entry / root);
                     rest[i] -= entry / root * (entry / root);
                 }
@@ -289,9 +281,7 @@ impl Delassus {
 
     /// The entries of a row, with their columns in ascending order.
     pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        let own = range(&self.ends, i);
-        let places = self.places[own.clone()].iter().map(|place| *place as usize);
-        places.zip(self.values[own].iter().copied())
+        row((&self.ends, &self.places, &self.values), i)
     }
 
     /// An entry.
@@ -305,6 +295,25 @@ impl Delassus {
     pub(super) fn product(&self, i: usize, x: impl Fn(usize) -> f64) -> f64 {
         self.row(i).map(|(j, value)| value * x(j)).sum()
     }
+}
+
+/// What two rows have in a group, `B_i A B_jᵀ`, symmetric to the bit.
+fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &Part, b: &Part) -> f64 {
+    let half = |a: &Part, b: &Part| {
+        let own = entries[a.entries[0]..a.entries[1]].iter();
+        own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
+    };
+    0.5 * (half(a, b) + half(b, a))
+}
+
+/// The entries of a sparse row: where rows end, columns, values.
+fn row<'a>(
+    (ends, places, values): (&[usize], &'a [u32], &'a [f64]),
+    i: usize,
+) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+    let own = range(ends, i);
+    let places = places[own.clone()].iter().map(|place| *place as usize);
+    places.zip(values[own].iter().copied())
 }
 
 fn range(ends: &[usize], i: usize) -> Range<usize> {

@@ -119,7 +119,7 @@ pub(super) enum SlipSpeed {
     #[default]
     Own,
     /// That of the last solution of the step: `s` of a convex law.
-    Followed(f64),
+    Followed,
     /// The same, or that of a later solution where that is less: what closes beside its law would
     /// gain energy where it is opened again.
     Least(f64),
@@ -229,10 +229,7 @@ impl Contact {
         self.slip = coefficient * slip;
         let speed = match &mut self.slip_speed {
             SlipSpeed::Own => return Cone::Friction { coefficient },
-            SlipSpeed::Followed(speed) => {
-                *speed = self.slip;
-                *speed
-            }
+            SlipSpeed::Followed => self.slip,
             SlipSpeed::Least(speed) => {
                 *speed = speed.min(self.slip);
                 *speed
@@ -243,15 +240,15 @@ impl Contact {
 
     /// Convex laws from now on.
     pub(super) fn relax(&mut self) {
-        self.slip_speed = SlipSpeed::Followed(0.0);
+        self.slip_speed = SlipSpeed::Followed;
         (self.slides, self.kept) = (false, true);
         self.course = Course::Plain;
     }
 
     /// From now on the least speed of slip counts.
     pub(super) fn keep_slip_speed(&mut self) {
-        if let SlipSpeed::Followed(speed) = self.slip_speed {
-            self.slip_speed = SlipSpeed::Least(speed);
+        if self.slip_speed == SlipSpeed::Followed {
+            self.slip_speed = SlipSpeed::Least(self.slip);
         }
     }
 
@@ -259,7 +256,8 @@ impl Contact {
     pub(super) fn deviation(&self) -> Option<f64> {
         match self.slip_speed {
             SlipSpeed::Own => None,
-            SlipSpeed::Followed(speed) | SlipSpeed::Least(speed) => Some((speed - self.slip).abs()),
+            SlipSpeed::Followed => Some(0.0),
+            SlipSpeed::Least(speed) => Some((speed - self.slip).abs()),
         }
     }
 

@@ -404,14 +404,7 @@ impl StepLinearization {
     /// What [`StepLinearization::pull`] found last.
     #[must_use]
     pub fn costates(&self) -> Costates<'_> {
-        let step = &self.x[..self.momentum.len()];
-        Costates {
-            step,
-            momentum: &self.momentum,
-            rows: &self.sigma,
-            moved: [&[]; 2],
-            apart: [false; 2],
-        }
+        Costates::of_rows(&self.x[..self.momentum.len()], &self.momentum, &self.sigma)
     }
 
     /// `c_sᵀ b' − b_sᵀ μ − g_sᵀ σ` with them: the derivative by what has these sources.

@@ -102,11 +102,11 @@ impl Parts {
         match k.checked_sub(self.stages()) {
             None => {
                 let [step, momentum] = &self.costates[k];
-                Costates { step, momentum, rows: &self.none[1], moved: [&[]; 2], apart: [false; 2] }
+                Costates::of_rows(step, momentum, &self.none[1])
             }
             Some(i) => {
                 let (step, rows) = (&self.step_costates[i], &sigma[i]);
-                Costates { step, momentum: &self.none[0], rows, moved: [&[]; 2], apart: [false; 2] }
+                Costates::of_rows(step, &self.none[0], rows)
             }
         }
     }
