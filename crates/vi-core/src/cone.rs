@@ -13,12 +13,12 @@
 //! Block Gauss–Seidel with the exact law of each contact finds the state (open, sticks, slips);
 //! Newton's method on the laws as projections, with steps of least norm, ends at rounding errors.
 //! Where both fail, as of tall stacks with masses of several ratios, convex programs in a sequence
-//! lead to a solution; of many rows other impulses to begin with are tried last. With a speed of
-//! slip that is given the laws are convex: [`ConvexSolver`] finds a solution in any case. Nothing
-//! depends on earlier problems but `Λ` itself, the warm start: of several solutions the one next to
-//! it is likely.
+//! lead to a solution. Nothing depends on earlier problems but `Λ` itself, the warm start: of
+//! several solutions the one next to it is likely.
 //!
-//! Of many contacts [`LargeConeSolver`] takes `W` in sparse rows.
+//! Of many contacts [`ConvexSolver`] takes a factor of `W` in sparse rows and leads to the laws by
+//! proximal steps; with a speed of slip that is given they are convex, and there is a solution in
+//! any case.
 //!
 //! ```
 //! use vi_core::cone::{Cone, ConeSolver};
@@ -33,29 +33,27 @@
 
 mod conjugate;
 mod convex;
+mod factored;
 mod factors;
 mod interior;
-mod large;
 mod least_norm;
 mod local;
 mod operator;
 mod problem;
 mod residual;
-mod restart;
+mod sparse_rows;
 
-pub use convex::ConvexSolver;
-pub use large::{LargeConeSolver, SparseRows};
+pub use convex::{ConvexReport, ConvexSolver};
 pub use problem::Cone;
+pub use sparse_rows::SparseRows;
 
 use conjugate::Conjugate;
 use factors::Factors;
 use interior::Interior;
 use least_norm::LeastNorm;
 use nalgebra::{Matrix3, Vector3};
-use operator::Dense;
 use problem::{Placed, Problem};
 use residual::Residual;
-use restart::{Restart, Standing, from_elsewhere};
 
 /// How well the laws hold.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,6 +114,8 @@ const SOFT_PARAMETERS: [f64; 6] = [1.0, 1e2, 1e4, 1e6, 1e8, 1e10];
 const SOFT_STEPS: usize = 3;
 /// Most rows of which steps of Newton's method have the least norm, and compliances are tried.
 const FEW: usize = 60;
+/// Most rows that are swept over where it ends early.
+const SWEPT: usize = 12;
 /// Added to the diagonal of the derivative of more rows, in place of the least norm.
 const SMALL: f64 = 1e-10;
 /// Most sweeps forth and back of more rows, the laws to end with, sweeps between two looks at them.
@@ -131,7 +131,7 @@ pub struct ConeSolver {
     least_norm: LeastNorm,
     conjugate: Conjugate,
     factors: Factors,
-    interior: Interior<Dense>,
+    interior: Interior,
     impulse: Vec<f64>,        // k
     trial: Vec<f64>,          // k
     best: Vec<f64>,           // k
@@ -147,7 +147,7 @@ pub struct ConeSolver {
 
 impl ConeSolver {
     /// Ends with [`ConeFault::NoConvergence`] near a solution without looking for it by convex
-    /// programs: for who corrects `w` and asks again. Of more than 60 rows also where the warm
+    /// programs: for who corrects `w` and asks again. Of more than 12 rows also where the warm
     /// start violates a law by more than this, relative to its terms, or Newton's method does not
     /// lead to a solution from there. `None`: it does not end early.
     pub fn end_early(&mut self, beyond: Option<f64>) {
@@ -259,7 +259,7 @@ impl ConeSolver {
             self.patience = *patience;
             self.impulse.copy_from_slice(&self.warm);
             if let Some(beyond) = self.ends_beyond
-                && !is_small
+                && self.problem.rows() > SWEPT
             {
                 if self.least > beyond {
                     return self.end_nearby();
@@ -288,9 +288,6 @@ impl ConeSolver {
             }
             if is_small && let Some(done) = self.along_compliances(rounding) {
                 return Ok(done);
-            }
-            if !is_small && let Some((residual, starts)) = from_elsewhere(self) {
-                return Ok(ConeReport { residual, rounds: PARAMETERS.len() + PROGRAMS + starts });
             }
         }
         self.end_nearby()
@@ -543,19 +540,5 @@ impl ConeSolver {
         }
         self.impulse.copy_from_slice(&self.best);
         least
-    }
-}
-
-impl Restart for ConeSolver {
-    fn standing(&mut self) -> Standing<'_> {
-        let Self { problem, warm, residual, impulse, .. } = self;
-        Standing { cones: &problem.cones, warm, F: &residual.F, impulse }
-    }
-
-    fn attempt(&mut self) -> Option<f64> {
-        let patience = std::mem::replace(&mut self.patience, PATIENCE);
-        let residual = self.refine(self.rounding());
-        self.patience = patience;
-        self.ends().then_some(residual)
     }
 }

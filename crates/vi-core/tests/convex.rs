@@ -43,7 +43,8 @@ impl Touching {
         let L = SparseRows { ends: &ends, places: &places, values: &values };
         let steps = (0..60).map(|step| {
             let rho = 10_f64.powi(1 + step.min(4));
-            solver.step(&self.cones, L, (self.w.as_slice(), rho), lambda).unwrap().rounds
+            let given = lambda.to_vec();
+            solver.step(&self.cones, L, (self.w.as_slice(), rho), (&given, lambda)).unwrap().steps
         });
         steps.max().unwrap()
     }
@@ -104,6 +105,7 @@ fn the_speed_of_slip_leads_to_coulombs_law() {
 fn what_is_no_number_is_refused() {
     let L = SparseRows { ends: &[1], places: &[0], values: &[1.0] };
     let mut lambda = [0.0];
-    let out = ConvexSolver::default().step(&[Cone::Normal], L, (&[f64::NAN], 1.0), &mut lambda);
+    let (w, given) = (&[f64::NAN], &[0.0]);
+    let out = ConvexSolver::default().step(&[Cone::Normal], L, (w, 1.0), (given, &mut lambda));
     assert_eq!(out, Err(ConeFault::NotFinite));
 }

@@ -3,9 +3,12 @@
 //! ```text
 //! y(Λ') = ξ + W_s (Λ' − Λ)
 //! ```
-//! `W_s` is `W`, or where the iteration with that is slow the response of the step, of those rows
-//! that a step drives. An island of more than 300 rows keeps `W`, in sparse rows, and its laws hold
-//! to `1e-11` beside what the node before leaves of them.
+//! Few rows are solved exactly; `W_s` is `W`, or where the iteration with that is slow the response
+//! of the step, of those rows that a step drives. More rows, and few ones for which no impulses are
+//! found, are solved by proximal steps with `W = L Lᵀ`, until what violates a law is less than what
+//! the node before leaves. After `LEADS` solutions of the step a compliance about the impulses of
+//! then ends the iteration: rows that contradict one another, as those of a face that turns in the
+//! step, would move impulses without end.
 
 use super::ContactFault;
 use super::delassus::Delassus;
@@ -13,29 +16,37 @@ use super::islands::Islands;
 use super::node_law::{Contact, Drive, Kind, Rows};
 use super::unilateral::{ContactRows, Elements};
 use crate::scheme::StepError;
-use vi_core::cone::{Cone, ConeFault, ConeSolver, ConvexSolver, LargeConeSolver, SparseRows};
+use vi_core::cone::{Cone, ConeFault, ConeSolver, ConvexSolver, SparseRows};
+use vi_core::linear::norm_inf;
 
 /// A step far from its solution moves the points of a body apart by its rotation squared: no
 /// impulses obey the laws then, and the nearest ones up to this part lead on.
 const NEARBY: f64 = 1e-3;
-/// What many rows violate their laws by where a solution is not near, relative to their terms.
-const BEYOND: f64 = 1e-5;
-/// In so many solutions of a step the nearest ones are not looked for any further,
+/// In so many solutions of a step the nearest ones are not looked for any further.
 pub(super) const EARLY: usize = 4;
-/// or convex laws of many rows lead on.
-const LEADS: usize = 12;
-/// What the node before leaves of the laws of a large island, relative to the largest velocity:
-/// rows that `W` does not tell apart contradict one another by several times `LARGE`.
-const LEFT: f64 = 4e-10;
-/// Where all methods fail for more rows than this, or more often than `FAILURES`, the iteration
-/// ends; of not more than `FEW` rows it goes on.
-const MANY: usize = 60;
-const FAILURES: usize = 2;
-/// A step whose nodes have not more rows is divided where it has no impulses; others have convex
-/// laws then.
-pub(super) const FEW: usize = 12;
+/// So often many rows are solved exactly in vain.
+const TRIES: usize = 3;
+/// Most rows that are always solved exactly.
+const FEW: usize = 12;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;
+/// What the node before leaves of the laws, relative to the largest velocity: rows that `W` does
+/// not tell apart contradict one another by several times the change that an iteration ends with.
+const LEFT: f64 = 4e-10;
+/// `ρ` of the first proximal step, by how much it grows with solutions that obey the laws, and the
+/// largest one.
+const FIRST: f64 = 10.0;
+const NEARER: f64 = 100.0;
+const LAST: f64 = 1e5;
+/// Solutions of a step before there is a compliance, and before the least slip counts with it.
+const LEADS: usize = 12;
+pub(super) const FROZEN: usize = 24;
+/// What laws with a compliance may leave, relative to velocities.
+const WIDE: f64 = 1e-2;
+/// A change of velocities that the iteration ends with, relative to velocities: of many rows and
+/// with a compliance, and with the least slip.
+const LARGE: f64 = 1e-10;
+const RELAXED: f64 = 1e-6;
 
 /// The rows of an island whose impulses are not known beforehand.
 #[derive(Debug, Default)]
@@ -46,23 +57,35 @@ pub(super) struct ActiveRows {
     cones: Vec<Cone>,
     owners: Vec<usize>, // contacts of the cones
     W: Vec<f64>,
-    sparse: (Vec<usize>, Vec<u32>, Vec<f64>), // of a large island
     w: Vec<f64>,
     errors: Vec<f64>, // of w
     found: Vec<f64>,
     solver: ConeSolver,
-    large: LargeConeSolver,
-    convex: ConvexSolver,
-    columns: Vec<u32>,  // of the factor of W: their places in the island
-    u: Vec<f64>,        // Lᵀ Λ
-    model: Vec<f64>,    // m × m  W; empty of a large island
+    model: Vec<f64>,    // m × m  W, of not too many rows
     response: Vec<f64>, // m × m  W_s, where it is not W
     by_step: Vec<bool>, // m  whether the step drives a row, or the velocity at the node
     lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
-    pub(super) is_relaxed: bool,
     passes: usize,
-    failures: usize, // of all methods
+    failures: usize, // of exact solutions
+    pub(super) by_proximal_steps: bool,
+    proximal: ProximalRows,
+}
+
+/// What proximal steps take and leave.
+#[derive(Debug, Default)]
+struct ProximalRows {
+    solver: ConvexSolver,
+    L: (Vec<usize>, Vec<u32>, Vec<f64>), // in sparse rows
+    columns: Vec<u32>,                   // of the factor of W: their places in the island
+    u: Vec<f64>,                         // Lᵀ Λ
+    rho: f64,
+    left: f64,   // by what velocities violate the laws, m/s
+    within: f64, // what they may
+    is_compliant: bool,
+    reference: Vec<f64>, // m  impulses that a compliance is about
+    given: Vec<f64>,     // those to be found
+    found: Vec<f64>,
 }
 
 /// The impulse of a row is known.
@@ -108,7 +131,8 @@ impl ActiveRows {
             }
         }
         self.response.clear();
-        (self.passes, self.failures) = (0, 0);
+        (self.passes, self.failures, self.is_exact) = (0, 0, false);
+        (self.proximal.rho, self.proximal.is_compliant) = (FIRST, false);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -125,9 +149,26 @@ impl ActiveRows {
         }
     }
 
-    /// Whether its laws hold to less than rounding.
-    pub(super) fn is_large(&self) -> bool {
-        self.all.len() > DENSE
+    /// By what velocities the laws are violated beside what the node before leaves, where the last
+    /// ones changed by this.
+    pub(super) fn deviation(&self, change: f64) -> Option<f64> {
+        let most = self.proximal.left.max(change);
+        (self.proximal.is_compliant && most > self.proximal.within).then_some(most)
+    }
+
+    /// Whether there is a compliance.
+    pub(super) fn is_compliant(&self) -> bool {
+        self.proximal.is_compliant
+    }
+
+    /// The change of velocities that the iteration ends with, relative to velocities.
+    pub(super) fn least_change(&self) -> f64 {
+        match self.proximal.is_compliant {
+            true if self.passes > FROZEN => RELAXED,
+            true => LARGE,
+            false if self.all.len() > DENSE => LARGE,
+            false => 4.0 * f64::EPSILON,
+        }
     }
 
     /// Whether the laws hold at the impulses that were found.
@@ -152,7 +193,6 @@ impl ActiveRows {
         self.errors.clear();
         self.by_step.clear();
         let places = islands.contacts(island);
-        let left = if self.is_large() { LEFT * speeds } else { 0.0 };
         let mut count = 0;
         part_friction(contacts, W, places);
         for place in places {
@@ -172,18 +212,13 @@ impl ActiveRows {
             } else {
                 self.active.extend(count..count + of.len());
                 count += of.len();
-                self.errors.resize(count, contact.error(speeds, h) + left);
+                self.errors.resize(count, contact.error(speeds, h));
                 self.cones.push(cone);
                 self.owners.push(*place);
             }
         }
         self.passes += 1;
-        if self.is_relaxed {
-            self.state_factor(W);
-        } else {
-            self.state(W, islands, island);
-        }
-        let solved = self.solve(contacts, W);
+        let solved = self.solve(W, speeds);
         if let Err(fault) = solved {
             let cone = match fault {
                 ConeFault::Wedged { cone } => cone,
@@ -204,64 +239,93 @@ impl ActiveRows {
         Ok(())
     }
 
-    /// Solves the problem that is stated: Coulomb's laws, or convex ones.
-    fn solve(&mut self, contacts: &[Contact], W: &mut Delassus) -> Result<(), ConeFault> {
-        // solutions of few steps first, nearer ones later
-        let rho = 10.0_f64.powi((1 + self.passes / 3).min(5) as i32);
-        if self.is_relaxed {
-            self.is_exact = self.proximal_step(rho);
-            return Ok(());
+    /// Solves the laws: of few rows exactly; of many ones so from the last impulses or from where
+    /// proximal steps lead, else as far as those lead.
+    fn solve(&mut self, W: &mut Delassus, speeds: f64) -> Result<(), ConeFault> {
+        let is_convex = !self.cones.iter().any(|cone| matches!(cone, Cone::Sliding { .. }));
+        let are_many = self.errors.len() > FEW;
+        let approaches = is_convex && (are_many || self.by_proximal_steps);
+        let tries = self.failures < TRIES && !self.proximal.is_compliant && !self.model.is_empty();
+        if !approaches || !self.by_proximal_steps && tries {
+            self.state();
+            let solved = self.solve_exactly(approaches);
+            if solved.is_ok() || !approaches {
+                return solved;
+            }
         }
-        let are_many = self.w.len() > MANY;
-        let leads = self.passes <= if are_many { LEADS } else { EARLY };
-        let beyond = if are_many && leads { BEYOND } else { f64::INFINITY };
-        let Self { cones, W: own, sparse: (ends, places, values), w, errors, found, .. } = self;
-        let solved = if self.all.len() > DENSE {
-            self.large.end_early(Some(beyond));
-            self.large.solve_within(cones, SparseRows { ends, places, values }, (w, errors), found)
-        } else {
-            self.solver.end_early((are_many || leads).then_some(beyond));
-            self.solver.solve_within(cones, own, (w, errors), found)
-        };
+        self.response.clear();
+        W.factorize();
+        self.state_factor(W);
+        self.approach(speeds)?;
+        if self.is_exact && !self.by_proximal_steps && tries {
+            let proximal = &mut self.proximal.found;
+            proximal.clone_from(&self.found);
+            if self.solve_exactly(true).is_err() {
+                self.found.clone_from(&self.proximal.found);
+                self.is_exact = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves the problem that is stated to rounding; from the impulses that were found where it
+    /// only `looks` near those.
+    fn solve_exactly(&mut self, looks: bool) -> Result<(), ConeFault> {
+        if self.model.is_empty() {
+            let (residual, cones) = (f64::INFINITY, self.cones.len());
+            return Err(ConeFault::NoConvergence { residual, cones });
+        }
+        let is_early = self.passes <= EARLY;
+        let Self { cones, W, w, errors, found, .. } = self;
+        self.solver.end_early((looks || is_early).then_some(f64::INFINITY));
+        let solved = self.solver.solve_within(cones, W, (w, errors), found);
         self.is_exact = solved.is_ok();
+        self.failures += usize::from(!self.is_exact);
         match solved {
-            Err(ConeFault::NoConvergence { residual, .. }) => {
-                self.failures += usize::from(!leads);
-                let many = if self.failures <= FAILURES { MANY } else { FEW };
-                let leads_on = leads && are_many && self.lead(contacts, W, rho)
-                    || residual < NEARBY && (leads || self.w.len() <= many);
-                if leads_on { Ok(()) } else { solved.map(|_| ()) }
+            Err(ConeFault::NoConvergence { residual, .. })
+                if is_early && !looks && residual < NEARBY =>
+            {
+                Ok(())
             }
             solved => solved.map(|_| ()),
         }
     }
 
-    /// Takes a proximal step of the convex laws with the slip of the last step, where all laws have
-    /// a convex one.
-    fn lead(&mut self, contacts: &[Contact], W: &mut Delassus, rho: f64) -> bool {
-        for (cone, owner) in self.cones.iter_mut().zip(&self.owners) {
-            match *cone {
-                Cone::Sliding { .. } => return false,
-                Cone::Friction { coefficient } => {
-                    *cone = Cone::Convex { coefficient, speed: contacts[*owner].slip };
-                }
-                _ => {}
-            }
+    /// Proximal steps towards the laws, or with a compliance one about the reference.
+    fn approach(&mut self, speeds: f64) -> Result<(), ConeFault> {
+        let Self { cones, w, errors, found, active, lambda, proximal: own, .. } = self;
+        let (ends, places, values) = &own.L;
+        let L = SparseRows { ends, places, values };
+        let rounding = norm_inf(errors);
+        own.within = rounding.max(LEFT * speeds);
+        let solved = if own.is_compliant {
+            let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
+            own.given.clear();
+            own.given.extend(of.map(|row| *row.1));
+            own.solver.step(cones, L, (w, own.rho), (&own.given, found))
+        } else {
+            own.solver.follow(cones, L, (w, [own.rho, rounding]), found)
+        };
+        own.left = match solved {
+            Ok(report) => report.left,
+            Err(ConeFault::NoConvergence { .. }) => f64::INFINITY,
+            Err(fault) => return Err(fault),
+        };
+        self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
+        if self.passes >= LEADS && !own.is_compliant {
+            own.is_compliant = true;
+            own.reference.clone_from(lambda);
+            own.rho = (speeds / own.left).clamp(FIRST, LAST);
+        } else if self.is_exact {
+            own.rho = (own.rho * NEARER).min(LAST);
         }
-        W.factorize();
-        self.state_factor(W);
-        self.proximal_step(rho)
-    }
-
-    fn proximal_step(&mut self, rho: f64) -> bool {
-        let Self { cones, sparse: (ends, places, values), w, found, convex, .. } = self;
-        convex.step(cones, SparseRows { ends, places, values }, (w, rho), found).is_ok()
+        Ok(())
     }
 
     /// States the problem of the rows to be found: `L` of `W = L Lᵀ` and `w = ξ − W Λ`.
     fn state_factor(&mut self, W: &Delassus) {
-        let Self { all, active, drives, sparse, w, found, lambda, columns, u, .. } = self;
-        let (ends, places, values) = sparse;
+        let Self { all, active, drives, w, found, lambda, proximal, .. } = self;
+        let ProximalRows { L: (ends, places, values), columns, u, .. } = proximal;
         for vector in [&mut *values, w, found, u] {
             vector.clear();
         }
@@ -286,12 +350,17 @@ impl ActiveRows {
             }
         }
         for (l, row) in all.iter().enumerate().filter(|(l, _)| active[*l] != KNOWN) {
-            let Drive::Zero { xi, .. } = drives[l] else { continue };
-            let mut rest = xi;
+            let Drive::Zero { xi, compliance } = drives[l] else { continue };
+            let mut rest = xi - compliance * lambda[l];
             for (column, value) in W.factor.row(*row) {
                 places.push(columns[column]);
                 values.push(value);
                 rest -= value * u[columns[column] as usize];
+            }
+            if compliance > 0.0 {
+                places.push(u.len() as u32); // a column of its own
+                values.push(compliance.sqrt());
+                u.push(0.0);
             }
             ends.push(places.len());
             w.push(rest);
@@ -299,46 +368,26 @@ impl ActiveRows {
         }
     }
 
-    /// States the problem of the rows to be found: `W` and `w = ξ − W Λ`.
-    fn state(&mut self, W: &Delassus, islands: &Islands, island: usize) {
+    /// States the problem of the rows to be found: `W_s` and `w = ξ − W_s Λ`.
+    fn state(&mut self) {
         let m = self.all.len();
-        let is_large = self.is_large();
-        let Self { all, active, drives, W: own, sparse, w, found, model, lambda, .. } = self;
-        let (response, by_step) = (&self.response, &self.by_step);
-        let (ends, places, values) = sparse;
-        own.clear();
-        values.clear();
-        w.clear();
-        found.clear();
-        ends.clear();
-        places.clear();
-        for l in (0..m).filter(|l| active[*l] != KNOWN) {
+        let Self { active, drives, W, w, found, model, lambda, response, by_step, .. } = self;
+        for vector in [&mut *W, w, found] {
+            vector.clear();
+        }
+        for l in (0..m).filter(|l| active[*l] != KNOWN && !model.is_empty()) {
             let Drive::Zero { xi, compliance } = drives[l] else { continue };
             let mut rest = xi;
-            let mut take = |j: usize, entry: f64| match drives[j] {
-                Drive::Known(value) => rest += entry * (value - lambda[j]),
-                Drive::Zero { .. } => {
-                    let entry = if l == j { entry + compliance } else { entry };
-                    if is_large {
-                        places.push(active[j] as u32);
-                        values.push(entry);
-                    } else {
-                        own.push(entry);
-                    }
-                    rest -= entry * lambda[j];
-                }
-            };
-            if is_large {
-                for (j, entry) in W.row(all[l]) {
-                    if let Some(j) = islands.local(j, island) {
-                        take(j, entry);
+            for j in 0..m {
+                let responds = !response.is_empty() && by_step[l] && by_step[j];
+                let entry = if responds { response[l * m + j] } else { model[l * m + j] };
+                match drives[j] {
+                    Drive::Known(value) => rest += entry * (value - lambda[j]),
+                    Drive::Zero { .. } => {
+                        W.push(if l == j { entry + compliance } else { entry });
+                        rest -= W[W.len() - 1] * lambda[j];
                     }
                 }
-                ends.push(places.len());
-            } else {
-                let responds = |j: usize| !response.is_empty() && by_step[l] && by_step[j];
-                let entries = |j| if responds(j) { response[l * m + j] } else { model[l * m + j] };
-                (0..m).for_each(|j| take(j, entries(j)));
             }
             w.push(rest);
             found.push(lambda[l]);

@@ -12,6 +12,7 @@
 
 use super::impact_law::ImpactLaw;
 use super::impulses::NodeImpulses;
+use super::may_end;
 use super::node_law::CLOSED;
 use super::record::{ContactImpulse, ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
@@ -273,13 +274,13 @@ impl Nonsmooth {
                     run.end.contacts.counts.divided += u64::from(part < h);
                     return Ok(t_end);
                 }
-                Err(StepError::Contact(fault)) if fault.may_end() => {
-                    let refused = refused.get_or_insert(fault);
+                Err(error) if may_end(&error) && !self.set.is_empty() => {
+                    let refused = refused.get_or_insert(error);
                     part *= 0.5;
                     if part < SHORTEST * step.h && !self.node.may_relax {
                         (part, self.node.may_relax) = (h, true);
                     } else if part < SHORTEST * step.h {
-                        return Err(StepError::Contact(refused.clone()));
+                        return Err(refused.clone());
                     }
                 }
                 Err(error) => return Err(error),

@@ -7,8 +7,7 @@
 //! errors. The residual `ξ` is that of the step itself: `W` affects the speed alone. The iteration
 //! contracts by `O(hω)`.
 
-use super::ContactFault;
-use super::active_rows::{ActiveRows, EARLY, FEW, Present};
+use super::active_rows::{ActiveRows, EARLY, FROZEN, Present};
 use super::delassus::Delassus;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
@@ -16,6 +15,7 @@ use super::node_law::{CLOSED, Contact, Course, Kind, Rows, SlipSpeed};
 use super::node_velocity::NodeVelocity;
 use super::stepping::Stepping;
 use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
+use super::{ContactFault, may_end};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
 use crate::scheme::{StepError, SubStep};
@@ -30,12 +30,6 @@ const ITERATIONS: usize = 60;
 const UNSETTLED: usize = 30;
 /// So often impulses are halved, or their change, where the step has no solution with them.
 const HALVINGS: usize = 20;
-/// A change of velocities that islands with sparse rows end with, relative to velocities.
-const LARGE: f64 = 1e-10;
-/// A change of velocities that convex laws end with, relative to velocities.
-const RELAXED: f64 = 1e-6;
-/// Solutions after which the least slip counts in convex laws.
-pub(super) const FOLLOWED: usize = 10;
 /// A change of velocities that may stagnate, relative to velocities,
 const STAGNATION: f64 = 1e-9;
 /// and to what rounding leaves of it.
@@ -71,7 +65,6 @@ pub(super) struct NodeImpulses {
     pub(super) whole: f64,  // H, s
     pub(super) is_guarded: bool,
     pub(super) may_relax: bool,
-    failed: usize,   // the island without impulses
     change: f64,     // of a velocity that the iteration ended with, m/s
     begun: Vec<f64>, // k  Λ where an iteration began
 }
@@ -219,9 +212,8 @@ impl NodeImpulses {
         for contact in &mut self.contacts {
             (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
             (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
-            contact.slip_speed = SlipSpeed::Own;
         }
-        self.problems.iter_mut().for_each(|problem| problem.is_relaxed = false);
+        self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = false);
         if self.impact_law != ImpactLaw::Newton {
             return self.solve_after_impacts(elements, run, (step, state));
         }
@@ -318,10 +310,7 @@ impl NodeImpulses {
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
             (contact.turns, contact.parted) = (false, false);
-            contact.course = match contact.slip_speed {
-                SlipSpeed::Own => Course::Usual,
-                _ => Course::Plain,
-            };
+            contact.course = Course::Usual;
         }
         self.iterate(elements, run, at)?;
         if self.turning_slip && self.find_turns(elements, at.0.h)? {
@@ -386,8 +375,8 @@ impl NodeImpulses {
         Ok(any)
     }
 
-    /// The outer iteration, from the present impulses; with convex laws, where it ends without a
-    /// solution and those are allowed.
+    /// The outer iteration, from the present impulses; by proximal steps alone, where it ends without
+    /// a solution and those are allowed.
     fn iterate<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
@@ -395,20 +384,15 @@ impl NodeImpulses {
         at: (SubStep, &State),
     ) -> Result<(), StepError> {
         self.begun.clone_from(&self.lambda);
-        loop {
-            let outcome = self.iterate_laws(elements, run, at);
-            let Err(StepError::Contact(fault)) = &outcome else { return outcome };
-            let may_relax = self.may_relax || self.rows.len() > FEW;
-            let turns = self.contacts.iter().any(|contact| contact.turns);
-            if turns || !may_relax || !fault.may_end() || self.problems[self.failed].is_relaxed {
-                return outcome;
+        let outcome = self.iterate_laws(elements, run, at);
+        let turns = self.contacts.iter().any(|contact| contact.turns);
+        match &outcome {
+            Err(error) if self.may_relax && !turns && may_end(error) => {
+                self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = true);
+                self.lambda.clone_from(&self.begun);
+                self.iterate_laws(elements, run, at)
             }
-            self.problems[self.failed].is_relaxed = true;
-            for place in self.islands.contacts(self.failed) {
-                self.contacts[*place].relax();
-            }
-            self.W.factorize();
-            self.lambda.clone_from(&self.begun);
+            _ => outcome,
         }
     }
 
@@ -424,7 +408,7 @@ impl NodeImpulses {
             problem.begin(contacts, W, islands, k);
         }
         for contact in contacts {
-            contact.changes = 0;
+            (contact.changes, contact.slip_speed) = (0, SlipSpeed::Own);
         }
         self.solved_with.clear();
         self.solved_with.resize(self.lambda.len(), 0.0);
@@ -440,8 +424,8 @@ impl NodeImpulses {
                 return Ok(());
             }
             self.measure(elements, run, (step, state));
-            if pass == FOLLOWED {
-                self.contacts.iter_mut().for_each(Contact::keep_slip_speed);
+            if pass == FROZEN {
+                self.keep_slip_speeds();
             }
             let (speeds, h) = (self.speeds(), step.h);
             let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
@@ -449,10 +433,7 @@ impl NodeImpulses {
             for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
                 let present =
                     Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
-                if let Err(fault) = problem.next_impulses(k, present, elements) {
-                    self.failed = k;
-                    return Err(fault);
-                }
+                problem.next_impulses(k, present, elements)?;
                 is_exact &= problem.is_exact();
             }
             let (change, rounding, _) = self.largest_change(step.h);
@@ -475,7 +456,6 @@ impl NodeImpulses {
             std::mem::swap(&mut self.lambda, &mut self.next);
         }
         let worst = self.largest_change(step.h).2;
-        self.failed = self.islands.of(worst);
         let element = self.contacts[worst].id.element;
         let fault = ContactFault::NoConvergence {
             element: elements[element as usize].name().to_owned(),
@@ -486,13 +466,18 @@ impl NodeImpulses {
         Err(fault.into())
     }
 
+    /// From now on the least speed of slip counts in laws with a compliance.
+    fn keep_slip_speeds(&mut self) {
+        let Self { problems, contacts, islands, .. } = self;
+        for island in (0..islands.count()).filter(|island| problems[*island].is_compliant()) {
+            islands.contacts(island).iter().for_each(|place| contacts[*place].keep_slip_speed());
+        }
+    }
+
     /// By how much a contact moves beside Coulomb's law at most, m/s; `None` without convex laws.
     pub(super) fn deviation(&self) -> Option<f64> {
-        let deviations = self.contacts.iter().filter_map(|contact| {
-            let deviation = contact.deviation()?;
-            Some(if self.lambda[contact.row] > 0.0 { deviation } else { 0.0 })
-        });
-        deviations.map(|own| own.max(self.change)).reduce(f64::max)
+        let problems = self.problems.iter().take(self.islands.count());
+        problems.filter_map(|own| own.deviation(self.change)).reduce(f64::max)
     }
 
     /// Takes the step with the present impulses, or where it has no solution with those, with
@@ -599,11 +584,7 @@ impl NodeImpulses {
         let speeds = self.speeds();
         let (mut worst, mut found) = (-1.0, (0.0, 0.0, 0));
         for island in 0..islands.count() {
-            let part = match &problems[island] {
-                problem if problem.is_relaxed => RELAXED,
-                problem if problem.is_large() => LARGE,
-                _ => 4.0 * f64::EPSILON,
-            };
+            let part = problems[island].least_change();
             for place in islands.contacts(island) {
                 let contact = &contacts[*place];
                 let rounding = (part * speeds).max(contact.rounding(speeds, h));

@@ -84,11 +84,6 @@ impl Islands {
         self.numbers[place] as usize == island
     }
 
-    /// The island of a contact.
-    pub(super) fn of(&self, place: usize) -> usize {
-        self.numbers[place] as usize
-    }
-
     /// The place of a row among those of an island; `None` of another one.
     pub(super) fn local(&self, row: usize, island: usize) -> Option<usize> {
         let own = self.is_of(self.owners[row] as usize, island);

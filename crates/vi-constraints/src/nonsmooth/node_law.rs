@@ -118,9 +118,7 @@ pub(super) enum SlipSpeed {
     /// Its own: Coulomb's law.
     #[default]
     Own,
-    /// That of the last solution of the step: `s` of a convex law.
-    Followed,
-    /// The same, or that of a later solution where that is less: what closes beside its law would
+    /// That of a solution of the step, or of a later one where that is less: what closes beside its law would
     /// gain energy where it is opened again.
     Least(f64),
 }
@@ -229,7 +227,6 @@ impl Contact {
         self.slip = coefficient * slip;
         let speed = match &mut self.slip_speed {
             SlipSpeed::Own => return Cone::Friction { coefficient },
-            SlipSpeed::Followed => self.slip,
             SlipSpeed::Least(speed) => {
                 *speed = speed.min(self.slip);
                 *speed
@@ -238,27 +235,9 @@ impl Contact {
         Cone::Convex { coefficient, speed }
     }
 
-    /// Convex laws from now on.
-    pub(super) fn relax(&mut self) {
-        self.slip_speed = SlipSpeed::Followed;
-        (self.slides, self.kept) = (false, true);
-        self.course = Course::Plain;
-    }
-
     /// From now on the least speed of slip counts.
     pub(super) fn keep_slip_speed(&mut self) {
-        if self.slip_speed == SlipSpeed::Followed {
-            self.slip_speed = SlipSpeed::Least(self.slip);
-        }
-    }
-
-    /// By how much its law of friction is not Coulomb's, m/s.
-    pub(super) fn deviation(&self) -> Option<f64> {
-        match self.slip_speed {
-            SlipSpeed::Own => None,
-            SlipSpeed::Followed => Some(0.0),
-            SlipSpeed::Least(speed) => Some((speed - self.slip).abs()),
-        }
+        self.slip_speed = SlipSpeed::Least(self.slip);
     }
 
     /// `ξ_N` [N4].

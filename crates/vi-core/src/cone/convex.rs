@@ -1,70 +1,97 @@
-//! Convex laws with a compliance about the impulses that are given: proximal steps.
+//! Laws with a compliance about the impulses that are given: proximal steps.
 //!
 //! ```text
 //! Λ = Π(x),   x = Λ_0 − ρ (y + s e_N),   y = WΛ + w,   W = L Lᵀ       Π: onto the sets of the laws
 //! φ(Λ) = ½ ΛᵀWΛ + ψ(x)/ρ,   ψ = ½|x|² − ½|x − Π(x)|²,   ∇φ = W (Λ − Π(x))
-//! (I + ρ DΠ W) δΛ = F,   F = Π(x) − Λ                                 Newton's step of φ
-//! δΛ = F − ρ DΠ L u,     (I + ρ Lᵀ DΠ L) u = Lᵀ F
+//! (I + B W) δΛ = F,   F = Π(x) − Λ,   B = ρ DΠ                        Newton's step of φ
+//! δΛ = F − B L u,     (I + Lᵀ B L) u = Lᵀ F
+//! B = ρ DΠ (I + e_N ∂s/∂y)                                            of Coulomb's law, s = μ|y_T|
 //! ```
 //! The laws hold for `y + (Λ − Λ_0)/ρ`, in units in which the largest diagonal of a contact is one.
-//! `φ` is convex and has a derivative: steps to its least value along `δΛ` lead to the solution
-//! from everywhere. That always exists, and is unique. The matrix of a step is as sparse as the
-//! contacts between bodies. Sources: R. T. Rockafellar, SIAM J. Control Optim. 14 (1976) 877–898;
-//! A. M. Castro, F. N. Permenter, X. Han, IEEE Trans. Robot. 39 (2023) 1301–1320.
-#![allow(non_snake_case)] // W, L, F
+//! With `s` given, `φ` is convex and has a derivative: steps to its least value along `δΛ` lead to
+//! the solution from everywhere. That always exists, and is unique. From there Newton's method with
+//! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`. The
+//! matrix of a step is as sparse as the contacts between bodies. Sources: R. T. Rockafellar, SIAM J.
+//! Control Optim. 14 (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans. Robot. 39
+//! (2023) 1301–1320; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
+#![allow(non_snake_case)] // W, L, F, B
 
-use super::large::SparseRows;
-use super::problem::{Cone, Placed};
-use super::residual::{LawSlope, violation};
-use super::{ConeFault, ConeReport};
+use super::factored::Factored;
+use super::problem::Cone;
+use super::{ConeFault, SparseRows};
 use crate::bracket::Bracket;
-use crate::linear::{dot, norm_inf};
+use crate::linear::{SparseLu, dot, norm_inf};
 use crate::sparse::SparseMatrix;
 use crate::sparse_cholesky::SparseCholesky;
 
 /// `F` relative to the largest impulse to end with, and what is accepted.
 const TARGET: f64 = 1e-13;
 const ACCEPTED: f64 = 1e-9;
-/// Steps of Newton's method.
+/// Steps of Newton's method, with the speeds of slip among the unknowns, and how often one of those
+/// is halved.
 const STEPS: usize = 60;
-/// Steps in a row that do not halve an accepted residual: rounding errors alone are left.
+const COUPLED_STEPS: usize = 25;
+const HALVINGS: usize = 6;
+/// Steps in a row that do not halve the residual.
 const STALLED: usize = 3;
 /// To which the least value along a step is known.
 const ALONG: f64 = 1e-3;
+/// The largest `ρ` of repeated steps. It grows by `FAST` after a step of
+/// Coulomb's law that is found in `FEW_STEPS`, by `STEADY` after another one, else by `SLOW`.
+const LAST: f64 = 1e5;
+const FAST: f64 = 100.0;
+const STEADY: f64 = 4.0;
+const SLOW: f64 = 0.3;
+const FEW_STEPS: usize = 3;
+/// Most repeated steps; those in a row that leave more than `BARELY` of the last violation.
+const ROUNDS: usize = 20;
+const BARELY: f64 = 0.7;
+const IDLE: usize = 4;
+
+/// What a proximal step, or several ones, left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConvexReport {
+    /// By what velocities violate the laws at most, in their units: `(Λ − Λ_0)/ρ` of the last step,
+    /// and `|s − μ|y_T||` where the speed of slip was followed.
+    pub left: f64,
+    /// Proximal steps.
+    pub rounds: usize,
+    /// Steps of Newton's method.
+    pub steps: usize,
+}
 
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated but
 /// the factors of another pattern.
 #[derive(Debug, Default)]
 pub struct ConvexSolver {
-    cones: Vec<Placed>,
-    units: Vec<f64>,                        // k
-    columns: Vec<(usize, [f64; 3])>, // of each cone: places of L, with its entries in each row
-    column_ends: Vec<usize>,         // cones
-    columns_before: Vec<(usize, [f64; 3])>, // of the last problem
-    column_ends_before: Vec<usize>,
-    w: Vec<f64>,                  // k
-    given: Vec<f64>,              // k  Λ_0
-    impulse: Vec<f64>,            // k
-    best: Vec<f64>,               // k
-    y: Vec<f64>,                  // k
-    nearest: Vec<f64>,            // k  Π(x)
-    F: Vec<f64>,                  // k
-    step: Vec<f64>,               // k  δΛ
-    y_step: Vec<f64>,             // k  W δΛ
-    moved: Vec<f64>,              // k  y along it
-    u: Vec<f64>,                  // r
-    slopes: Vec<[[f64; 3]; 3]>,   // cones  ρ DΠ
-    matrix: Option<SparseMatrix>, // r × r, its lower triangle
-    factors: Option<SparseCholesky>,
+    laws: Factored,
+    given: Vec<f64>,             // k  Λ_0
+    impulse: Vec<f64>,           // k
+    best: Vec<f64>,              // k
+    y: Vec<f64>,                 // k
+    nearest: Vec<f64>,           // k  Π(x)
+    F: Vec<f64>,                 // k
+    step: Vec<f64>,              // k  δΛ
+    y_step: Vec<f64>,            // k  W δΛ
+    moved: Vec<f64>,             // k  y along it
+    from: Vec<f64>,              // k
+    start: Vec<f64>,             // k  of a round
+    u: Vec<f64>,                 // r
+    blocks: Vec<[[f64; 3]; 3]>,  // cones  B
+    lower: Option<SparseMatrix>, // r × r, its lower triangle
+    cholesky: Option<SparseCholesky>,
+    whole: Option<SparseMatrix>, // r × r, with the speeds of slip
+    lu: Option<SparseLu>,
 }
 
 impl ConvexSolver {
-    /// Solves the laws of `y + (Λ − Λ_0)/ρ` for `y = WΛ + w`, `W = L Lᵀ`; repeated steps come
-    /// nearer to those of `y`, faster with a larger `ρ`.
+    /// Solves the laws of `y + (Λ − Λ_0)/ρ` for `y = WΛ + w`, `W = L Lᵀ`.
     ///
-    /// `cones`: without [`Cone::Friction`] and [`Cone::Sliding`], whose laws are not convex. `L`:
-    /// shape `k × r`, `r` one more than its largest column. `w`: `k`. `rho`: `ρ`, in units in which
-    /// the largest diagonal of `W` of a contact is one. `lambda`: `k`, `Λ_0`, then the solution.
+    /// `cones`: without [`Cone::Sliding`]. Of [`Cone::Friction`] the law is Coulomb's where Newton's
+    /// method leads to impulses that obey it, else the convex one with the speed of slip of the
+    /// impulses to begin with. `L`: shape `k × r`, `r` one more than its largest column. `w`: `k`.
+    /// `rho`: `ρ`, in units in which the largest diagonal of `W` of a contact is one. `given`: `k`,
+    /// `Λ_0`. `lambda`: `k`, where to begin, then the solution.
     ///
     /// # Errors
     /// [`ConeFault::NotFinite`], [`ConeFault::NoConvergence`] with the nearest impulses.
@@ -76,171 +103,242 @@ impl ConvexSolver {
         cones: &[Cone],
         L: SparseRows<'_>,
         (w, rho): (&[f64], f64),
+        (given, lambda): (&[f64], &mut [f64]),
+    ) -> Result<ConvexReport, ConeFault> {
+        self.load((cones, L), (w, rho), given, lambda)?;
+        let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0 };
+        let (residual, _) = self.round((rho, true), &mut report);
+        self.hand_over(residual, lambda, report)
+    }
+
+    /// Repeated steps about the impulses of the step before, with a growing `ρ` from `first` on,
+    /// until no velocity violates a law by more than `within`, or they lead no further; the rest as
+    /// of [`ConvexSolver::step`].
+    ///
+    /// # Errors
+    /// As [`ConvexSolver::step`].
+    ///
+    /// # Panics
+    /// As [`ConvexSolver::step`].
+    pub fn follow(
+        &mut self,
+        cones: &[Cone],
+        L: SparseRows<'_>,
+        (w, [first, within]): (&[f64], [f64; 2]),
         lambda: &mut [f64],
-    ) -> Result<ConeReport, ConeFault> {
-        let k = cones.iter().map(Cone::rows).sum::<usize>();
-        assert!(L.ends.len() == k && w.len() == k && lambda.len() == k, "{k} rows");
-        let mut numbers = L.values.iter().chain(w).chain(&*lambda).copied();
-        if !(numbers.all(f64::is_finite) && cones.iter().all(Cone::is_finite) && rho.is_finite()) {
-            return Err(ConeFault::NotFinite);
-        }
-        self.load(cones, L, w, lambda);
-        let (residual, rounds) = self.descend(rho);
-        for ((lambda, own), unit) in lambda.iter_mut().zip(&self.best).zip(&self.units) {
-            *lambda = own * unit;
-        }
-        match residual <= ACCEPTED {
-            true => Ok(ConeReport { residual, rounds }),
-            false => Err(ConeFault::NoConvergence { residual, cones: cones.len() }),
+    ) -> Result<ConvexReport, ConeFault> {
+        self.load((cones, L), (w, first + within), lambda, lambda)?;
+        let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0 };
+        let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
+        let mut residual;
+        loop {
+            let (last, steps) = (report.left, report.steps);
+            (residual, is_coupled) = self.round((rho, is_coupled), &mut report);
+            report.rounds += 1;
+            let leads = report.left <= BARELY * last;
+            idle = if leads { 0 } else { idle + 1 };
+            let ends = report.left <= within || idle == IDLE || report.rounds == ROUNDS;
+            if ends || residual.is_nan() || residual > ACCEPTED {
+                return self.hand_over(residual, lambda, report);
+            }
+            let growth = match is_coupled {
+                true if leads && report.steps - steps <= FEW_STEPS => FAST,
+                true if leads => STEADY,
+                true => 2.0,
+                false => SLOW,
+            };
+            rho = (rho * growth).clamp(1.0, LAST);
+            self.given.copy_from_slice(&self.best);
+            self.impulse.copy_from_slice(&self.best);
         }
     }
 
-    /// Takes the problem over into units in which the largest diagonal of a contact is one.
-    fn load(&mut self, cones: &[Cone], L: SparseRows<'_>, w: &[f64], lambda: &[f64]) {
-        std::mem::swap(&mut self.columns, &mut self.columns_before);
-        std::mem::swap(&mut self.column_ends, &mut self.column_ends_before);
-        self.column_ends.clear();
-        let Self { columns, columns_before, column_ends_before, .. } = self;
-        columns.clear();
-        self.cones.clear();
-        self.units.clear();
-        let (mut size, mut first) = (0, 0);
-        for &cone in cones {
-            let row = self.units.len();
-            let rows = row..row + cone.rows();
-            for (l, i) in rows.clone().enumerate() {
-                let own = L.range(i);
-                for (place, value) in L.places[own.clone()].iter().zip(&L.values[own]) {
-                    let place = *place as usize;
-                    size = size.max(place + 1);
-                    match columns[first..].iter_mut().find(|own: &&mut (usize, _)| own.0 == place) {
-                        Some((_, entries)) => entries[l] = *value,
-                        None => {
-                            let mut entries = [0.0; 3];
-                            entries[l] = *value;
-                            columns.push((place, entries));
-                        }
-                    }
-                }
-            }
-            let of = &mut columns[first..];
-            let diagonal = |l: usize| of.iter().map(|own| own.1[l] * own.1[l]).sum::<f64>();
-            let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
-            let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
-            of.iter_mut().for_each(|own| own.1 = own.1.map(|entry| entry * unit));
-            self.units.resize(rows.end, unit);
-            self.cones.push(Placed { cone: cone.in_units(unit), row });
-            self.column_ends.push(columns.len());
-            first = columns.len();
+    /// Takes the problem over.
+    fn load(
+        &mut self,
+        (cones, L): (&[Cone], SparseRows<'_>),
+        (w, number): (&[f64], f64),
+        given: &[f64],
+        lambda: &[f64],
+    ) -> Result<(), ConeFault> {
+        let k = cones.iter().map(Cone::rows).sum::<usize>();
+        let sizes = [L.ends.len(), w.len(), given.len(), lambda.len()];
+        assert!(sizes == [k; 4], "{k} rows");
+        let mut numbers = L.values.iter().chain(w).chain(given).chain(lambda).chain([&number]);
+        if !(numbers.all(|own| own.is_finite()) && cones.iter().all(Cone::is_finite)) {
+            return Err(ConeFault::NotFinite);
         }
-        let same = self.column_ends == *column_ends_before
-            && columns.iter().map(|own| own.0).eq(columns_before.iter().map(|own| own.0));
-        if !same {
-            (self.matrix, self.factors) = (None, None);
+        if !self.laws.load(cones, L, w) {
+            (self.lower, self.cholesky) = (None, None);
+            (self.whole, self.lu) = (None, None);
         }
-        let k = w.len();
-        let Self { impulse, best, y, nearest, F, step, y_step, moved, .. } = self;
-        for vector in [impulse, best, y, nearest, F, step, y_step, moved] {
+        let Self { best, y, nearest, F, step, y_step, moved, from, start, .. } = self;
+        for vector in [best, y, nearest, F, step, y_step, moved, from, start] {
             vector.clear();
             vector.resize(k, 0.0);
         }
         self.u.clear();
-        self.u.resize(size, 0.0);
-        self.w.clear();
-        self.w.extend(w.iter().zip(&self.units).map(|(w, unit)| w * unit));
-        self.given.clear();
-        self.given.extend(lambda.iter().zip(&self.units).map(|(lambda, unit)| lambda / unit));
-        self.impulse.copy_from_slice(&self.given);
+        self.u.resize(self.laws.r, 0.0);
+        for (out, own) in [(&mut self.given, given), (&mut self.impulse, lambda)] {
+            out.clear();
+            out.extend(own.iter().zip(&self.laws.units).map(|(own, unit)| own / unit));
+        }
+        Ok(())
+    }
+
+    /// One step; the residual, and whether the speeds of slip are those of the solution. Newton's
+    /// method with those begins at once where it `leads`, else at the solution of convex laws.
+    fn round(&mut self, (rho, leads): (f64, bool), report: &mut ConvexReport) -> (f64, bool) {
+        self.start.copy_from_slice(&self.impulse);
+        let mut coupled = leads.then(|| self.couple(rho, report)).flatten();
+        let mut residual = coupled;
+        if coupled.is_none() {
+            self.impulse.copy_from_slice(&self.start);
+            self.laws.velocity(&self.impulse, &mut self.u, &mut self.y);
+            self.laws.take_speeds(&self.y);
+            let (convex, steps) = self.descend(rho);
+            report.steps += steps;
+            self.measure(rho, report);
+            self.impulse.copy_from_slice(&self.best);
+            coupled = self.couple(rho, report);
+            residual = coupled.or(Some(convex));
+        }
+        if coupled.is_some() {
+            self.measure(rho, report);
+        }
+        (residual.unwrap_or(f64::NAN), coupled.is_some())
+    }
+
+    /// What the best impulses leave.
+    fn measure(&mut self, rho: f64, report: &mut ConvexReport) {
+        let Self { laws, best, given, u, y, .. } = self;
+        laws.velocity(best, u, y);
+        report.left = laws.left((best, given), (y, rho));
+    }
+
+    fn hand_over(
+        &self,
+        residual: f64,
+        lambda: &mut [f64],
+        report: ConvexReport,
+    ) -> Result<ConvexReport, ConeFault> {
+        for ((lambda, own), unit) in lambda.iter_mut().zip(&self.best).zip(&self.laws.units) {
+            *lambda = own * unit;
+        }
+        match residual <= ACCEPTED {
+            true => Ok(report),
+            false => Err(ConeFault::NoConvergence { residual, cones: self.laws.count() }),
+        }
+    }
+
+    /// `y`, `Π(x)` and `F` at the present impulses, with the speeds of slip at `y` where they are
+    /// `coupled`; `|F|` relative to the largest impulse.
+    fn evaluate(&mut self, rho: f64, coupled: bool) -> f64 {
+        let Self { laws, impulse, given, u, y, nearest, F, .. } = self;
+        laws.velocity(impulse, u, y);
+        if coupled {
+            laws.take_speeds(y);
+        }
+        laws.project(given, (y, rho), nearest);
+        let own = F.iter_mut().zip(&*nearest).zip(&*impulse);
+        own.for_each(|((out, nearest), impulse)| *out = nearest - impulse);
+        let size = norm_inf(nearest).max(norm_inf(impulse)).max(rho * norm_inf(&laws.w));
+        let fault = norm_inf(F);
+        if fault == 0.0 { 0.0 } else { fault / size }
     }
 
     /// Newton's method on `φ`; the residual at the best point, and the steps.
     fn descend(&mut self, rho: f64) -> (f64, usize) {
-        let k = self.w.len();
         self.best.copy_from_slice(&self.impulse);
         let (mut least, mut stalled, mut steps) = (f64::INFINITY, 0, 0);
         loop {
-            let [mut u, mut y] = [&mut self.u, &mut self.y].map(std::mem::take);
-            self.apply(&self.impulse, &mut u, &mut y);
-            y.iter_mut().zip(&self.w).for_each(|(y, w)| *y += w);
-            project((&self.cones, &self.given), (&y, rho), &mut self.nearest);
-            (self.u, self.y) = (u, y);
-            (0..k).for_each(|i| self.F[i] = self.nearest[i] - self.impulse[i]);
-            let impulses = norm_inf(&self.nearest).max(norm_inf(&self.impulse));
-            let size = impulses.max(rho * norm_inf(&self.w));
-            let fault = norm_inf(&self.F);
-            let residual = if fault == 0.0 { 0.0 } else { fault / size };
+            let residual = self.evaluate(rho, false);
             stalled = if residual <= 0.5 * least { 0 } else { stalled + 1 };
             if residual < least {
                 least = residual;
                 self.best.copy_from_slice(&self.impulse);
             }
             let is_done = least <= TARGET || least <= ACCEPTED && stalled >= STALLED;
-            if is_done || steps == STEPS || residual.is_nan() || !self.find_step(rho) {
+            if is_done || steps == STEPS || residual.is_nan() || !self.find_step(rho, false) {
                 return (least, steps);
             }
             steps += 1;
             let part = self.least_along(rho);
-            (0..k).for_each(|i| self.impulse[i] += part * self.step[i]);
+            self.impulse.iter_mut().zip(&self.step).for_each(|(own, step)| *own += part * step);
         }
     }
 
-    /// `step ← δΛ` and `y_step ← W δΛ` at the last projection, where there are.
-    fn find_step(&mut self, rho: f64) -> bool {
-        self.slopes.clear();
-        for &Placed { cone, row } in &self.cones {
-            let own = row..row + cone.rows();
-            let slope = LawSlope::at(cone, (&self.y[own.clone()], &self.given[own.clone()]), rho);
-            let mut block = [[0.0; 3]; 3];
-            for l in 0..own.len() {
-                let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
-                let change = slope.change(unit, [0.0; 3]);
-                (0..own.len()).for_each(|i| block[i][l] = change[i]);
+    /// Newton's method with the speeds of slip among the unknowns, from the present impulses:
+    /// the residual where it leads to a solution, which is `best` then.
+    fn couple(&mut self, rho: f64, report: &mut ConvexReport) -> Option<f64> {
+        let mut now = self.evaluate(rho, true);
+        let (mut least, mut stalled, mut steps) = (f64::INFINITY, 0, 0);
+        loop {
+            stalled = if now <= 0.5 * least { 0 } else { stalled + 1 };
+            if now < least {
+                least = now;
+                self.moved.copy_from_slice(&self.impulse);
             }
-            self.slopes.push(block);
-        }
-        let mut matrix = self.matrix.take();
-        let r = self.u.len();
-        let lower = SparseMatrix::update(&mut matrix, (r, r), |out| {
-            (0..r).for_each(|i| out.add(i, i, 1.0));
-            for (k, block) in self.slopes.iter().enumerate() {
-                for (p, a) in self.of_cone(k) {
-                    let scaled: [f64; 3] =
-                        std::array::from_fn(|j| (0..3).map(|i| a[i] * block[i][j]).sum());
-                    for (q, b) in self.of_cone(k).iter().filter(|own| own.0 <= *p) {
-                        out.add(*p, *q, (0..3).map(|j| scaled[j] * b[j]).sum());
-                    }
+            let ends = least <= TARGET || stalled == 6 || steps == COUPLED_STEPS;
+            if ends || now.is_nan() || !self.find_step(rho, true) {
+                break;
+            }
+            steps += 1;
+            self.from.copy_from_slice(&self.impulse);
+            let (last, mut part) = (now, 1.0);
+            for _ in 0..=HALVINGS {
+                let moves = self.from.iter().zip(&self.step);
+                let to = self.impulse.iter_mut().zip(moves);
+                to.for_each(|(own, (from, step))| *own = from + part * step);
+                now = self.evaluate(rho, true);
+                if now < last {
+                    break;
                 }
-            }
-        });
-        if self.factors.is_none() {
-            self.factors = SparseCholesky::new(lower).ok();
-        }
-        let mut u = std::mem::take(&mut self.u);
-        self.gather(&self.F, &mut u);
-        let solved = self.factors.as_mut().is_some_and(|factors| {
-            factors.factorize(lower).and_then(|()| factors.solve(&mut u)).is_ok()
-        });
-        let mut step = std::mem::take(&mut self.step);
-        for (k, (placed, block)) in self.cones.iter().zip(&self.slopes).enumerate() {
-            let rows = self.spread(k, &u);
-            for i in 0..placed.cone.rows() {
-                let change: f64 = (0..3).map(|j| block[i][j] * rows[j]).sum();
-                step[placed.row + i] = self.F[placed.row + i] - change;
+                part *= 0.5;
             }
         }
-        let mut y_step = std::mem::take(&mut self.y_step);
-        self.apply(&step, &mut u, &mut y_step);
-        (self.u, self.step, self.y_step, self.matrix) = (u, step, y_step, matrix);
+        report.steps += steps;
+        let found = least <= ACCEPTED;
+        if found {
+            self.best.copy_from_slice(&self.moved);
+        }
+        found.then_some(least)
+    }
+
+    /// `step ← δΛ` and `y_step ← W δΛ` at the last evaluation, where there are.
+    fn find_step(&mut self, rho: f64, coupled: bool) -> bool {
+        let Self { laws, given, y, u, F, step, y_step, blocks, .. } = self;
+        laws.slopes(given, (y, rho, coupled), blocks);
+        laws.gather(F, u);
+        let size = (laws.r, laws.r);
+        let solved = if coupled {
+            let matrix =
+                SparseMatrix::update(&mut self.whole, size, |out| laws.emit(blocks, true, out));
+            if self.lu.is_none() {
+                self.lu = SparseLu::new(matrix).ok();
+            }
+            self.lu.as_mut().is_some_and(|lu| lu.solve(matrix, u).is_ok())
+        } else {
+            let matrix =
+                SparseMatrix::update(&mut self.lower, size, |out| laws.emit(blocks, false, out));
+            if self.cholesky.is_none() {
+                self.cholesky = SparseCholesky::new(matrix).ok();
+            }
+            let factors = self.cholesky.as_mut();
+            factors.is_some_and(|own| own.factorize(matrix).and_then(|()| own.solve(u)).is_ok())
+        };
+        laws.step(F, blocks, u, step);
+        laws.apply(step, u, y_step);
         solved
     }
 
     /// The part of a step after which `φ` is least, at most all of it.
     fn least_along(&mut self, rho: f64) -> f64 {
-        let Self { cones, given, y, y_step, impulse, step, moved, nearest, F, .. } = self;
+        let Self { laws, given, y, y_step, impulse, step, moved, nearest, F, .. } = self;
         let k = y.len();
         let mut slope = |part: f64| {
             (0..k).for_each(|i| moved[i] = y[i] + part * y_step[i]);
-            project((cones, given), (moved, rho), nearest);
+            laws.project(given, (moved, rho), nearest);
             let error = |i: usize| impulse[i] + part * step[i] - nearest[i];
             (0..k).map(|i| y_step[i] * error(i)).sum::<f64>()
         };
@@ -253,50 +351,5 @@ impl ConvexSolver {
             bracket.take(part, slope(part));
         }
         bracket.low().max(ALONG)
-    }
-
-    /// Columns of `L` in the rows of a cone.
-    fn of_cone(&self, k: usize) -> &[(usize, [f64; 3])] {
-        let from = k.checked_sub(1).map_or(0, |before| self.column_ends[before]);
-        &self.columns[from..self.column_ends[k]]
-    }
-
-    /// `out ← Lᵀ Λ`.
-    fn gather(&self, impulse: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        for (k, &Placed { cone, row }) in self.cones.iter().enumerate() {
-            let own = &impulse[row..row + cone.rows()];
-            for (place, entries) in self.of_cone(k) {
-                out[*place] += entries.iter().zip(own).map(|(entry, own)| entry * own).sum::<f64>();
-            }
-        }
-    }
-
-    /// `L u` of the rows of a cone.
-    fn spread(&self, k: usize, u: &[f64]) -> [f64; 3] {
-        let mut rows = [0.0; 3];
-        for (place, entries) in self.of_cone(k) {
-            (0..3).for_each(|i| rows[i] += entries[i] * u[*place]);
-        }
-        rows
-    }
-
-    /// `out ← WΛ`, `u ← Lᵀ Λ`.
-    fn apply(&self, impulse: &[f64], u: &mut [f64], out: &mut [f64]) {
-        self.gather(impulse, u);
-        for (k, placed) in self.cones.iter().enumerate() {
-            let rows = self.spread(k, u);
-            out[placed.row..][..placed.cone.rows()].copy_from_slice(&rows[..placed.cone.rows()]);
-        }
-    }
-}
-
-/// `Π(x)` at these velocities.
-fn project((cones, given): (&[Placed], &[f64]), (y, rho): (&[f64], f64), out: &mut [f64]) {
-    for &Placed { cone, row } in cones {
-        let own = row..row + cone.rows();
-        let (given, out) = (&given[own.clone()], &mut out[own.clone()]);
-        violation(cone, (&y[own], given), rho, out);
-        out.iter_mut().zip(given).for_each(|(out, given)| *out = given - *out);
     }
 }

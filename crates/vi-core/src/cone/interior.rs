@@ -17,7 +17,7 @@
 #![allow(non_snake_case)] // A, T
 
 use super::operator::Operator;
-use super::problem::{Cone, Placed, Rows};
+use super::problem::{Cone, Placed, Problem};
 use super::residual::norm;
 use crate::linear::{dot, norm_inf};
 use nalgebra::Vector3;
@@ -131,10 +131,10 @@ fn reach(x: &Vector3<f64>, dx: &Vector3<f64>) -> f64 {
 }
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Interior<O> {
+pub(super) struct Interior {
     parts: Vec<Part>,
     places: Vec<(usize, f64)>, // k  place in x, and T there; of a place that is not, `NONE`
-    A: O,                      // m × m
+    A: Operator,               // m × m
     c: Vec<f64>,               // m  without s
     size: f64,                 // of the largest c
     x: Vec<f64>,               // m
@@ -149,15 +149,15 @@ pub(super) struct Interior<O> {
     impulse: Vec<f64>,         // k
 }
 
-impl<O: Operator> Interior<O> {
+impl Interior {
     /// Begins with `s = 0`.
-    pub(super) fn begin(&mut self, problem: &impl Rows) {
-        let k = problem.w().len();
+    pub(super) fn begin(&mut self, problem: &Problem) {
+        let k = problem.w.len();
         self.parts.clear();
         self.places.clear();
         self.places.resize(k, (NONE, 0.0));
         let mut m = 0;
-        for &Placed { cone, row } in problem.cones() {
+        for &Placed { cone, row } in &problem.cones {
             let one = Vector3::new(1.0, 0.0, 0.0);
             let (own, map) = match cone {
                 Cone::Normal => (Own::Ray, one),
@@ -192,7 +192,7 @@ impl<O: Operator> Interior<O> {
             vector.resize(m, [0.0; 2]);
         }
         let Self { places, c, .. } = self;
-        for ((place, t), w) in places.iter().zip(problem.w()).filter(|own| own.0.0 != NONE) {
+        for ((place, t), w) in places.iter().zip(&problem.w).filter(|own| own.0.0 != NONE) {
             c[*place] += t * w;
         }
         let parts = &self.parts;
@@ -213,7 +213,7 @@ impl<O: Operator> Interior<O> {
     }
 
     /// Solves the program with the present `s`, then takes `part` of the way to the next `s`.
-    pub(super) fn advance(&mut self, problem: &impl Rows, part: f64) -> &[f64] {
+    pub(super) fn advance(&mut self, problem: &Problem, part: f64) -> &[f64] {
         self.solve();
         self.spread(self.size);
         for (own, shift) in self.parts.iter().zip(&mut self.shift) {
@@ -434,7 +434,7 @@ impl<O: Operator> Interior<O> {
 
     /// Impulses that grow without bound change no velocity and oppose the approach: the cone with
     /// the largest of them, and their direction, the largest one 1.
-    pub(super) fn wedged(&mut self, problem: &impl Rows) -> Option<(usize, &[f64])> {
+    pub(super) fn wedged(&mut self, problem: &Problem) -> Option<(usize, &[f64])> {
         self.A.begin();
         (0..self.rows()).for_each(|i| self.A.add(i, i, STILL));
         self.A.factorize();
@@ -446,19 +446,18 @@ impl<O: Operator> Interior<O> {
         let Self { impulse, .. } = self;
         let normal = |placed: &&Placed| !matches!(placed.cone, Cone::Bounded { .. });
         let size = |cone: &Placed| impulse[cone.row];
-        let largest = problem.cones().iter().filter(normal).map(size).fold(0.0, f64::max);
-        let cone =
-            problem.cones().iter().position(|cone| normal(&cone) && size(cone) >= largest)?;
+        let largest = problem.cones.iter().filter(normal).map(size).fold(0.0, f64::max);
+        let cone = problem.cones.iter().position(|cone| normal(&cone) && size(cone) >= largest)?;
         impulse.iter_mut().for_each(|own| *own /= largest);
-        let approach = dot(problem.w(), impulse);
-        let speeds = problem.w().iter().enumerate().map(|(i, w)| problem.velocity(i, impulse) - w);
+        let approach = dot(&problem.w, impulse);
+        let speeds = problem.w.iter().enumerate().map(|(i, w)| problem.velocity(i, impulse) - w);
         let moved = speeds.fold(0.0, |moved: f64, speed| moved.max(speed.abs()));
-        let size = problem.w().iter().map(|w| w.abs()).sum::<f64>();
+        let size = problem.w.iter().map(|w| w.abs()).sum::<f64>();
         // friction that holds a jam opens with `s`: normal impulses alone wedge
         let across = |own: &Placed| {
             own.cone.rows() == 3 && norm([impulse[own.row + 1], impulse[own.row + 2]]) > STILL
         };
-        let jams = problem.cones().iter().any(across);
+        let jams = problem.cones.iter().any(across);
         (largest > 0.0 && approach < -STILL * size && moved < STILL && !jams)
             .then_some((cone, &self.impulse[..]))
     }

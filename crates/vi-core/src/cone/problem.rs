@@ -94,18 +94,6 @@ pub(super) struct Placed {
 }
 
 /// Laws with `W` and `w`.
-pub(super) trait Rows {
-    fn cones(&self) -> &[Placed];
-
-    fn w(&self) -> &[f64];
-
-    /// Visits the entries of `W`, row by row.
-    fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64));
-
-    /// `y_i = (WΛ + w)_i`.
-    fn velocity(&self, i: usize, impulse: &[f64]) -> f64;
-}
-
 #[derive(Clone, Debug, Default)]
 pub(super) struct Problem {
     pub cones: Vec<Placed>,
@@ -185,6 +173,13 @@ impl Problem {
         &self.W[i * k..(i + 1) * k]
     }
 
+    /// Visits the entries of `W`, row by row.
+    pub(super) fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
+        for i in 0..self.rows() {
+            self.row(i).iter().enumerate().for_each(|(j, value)| visit(i, j, *value));
+        }
+    }
+
     /// `y_i = (WΛ + w)_i`.
     pub(super) fn velocity(&self, i: usize, impulse: &[f64]) -> f64 {
         self.w[i] + dot(self.row(i), impulse)
@@ -206,25 +201,5 @@ impl Problem {
             self.w[row] = 0.0;
         }
         None
-    }
-}
-
-impl Rows for Problem {
-    fn cones(&self) -> &[Placed] {
-        &self.cones
-    }
-
-    fn w(&self) -> &[f64] {
-        &self.w
-    }
-
-    fn for_each_entry(&self, visit: &mut dyn FnMut(usize, usize, f64)) {
-        for i in 0..self.rows() {
-            self.row(i).iter().enumerate().for_each(|(j, value)| visit(i, j, *value));
-        }
-    }
-
-    fn velocity(&self, i: usize, impulse: &[f64]) -> f64 {
-        Problem::velocity(self, i, impulse)
     }
 }

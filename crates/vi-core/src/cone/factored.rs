@@ -1,0 +1,214 @@
+//! The laws of contacts with `W = L Lᵀ`, in units in which the largest diagonal of a contact is one.
+#![allow(non_snake_case)] // L
+
+use super::problem::{Cone, Placed};
+use super::residual::{LawSlope, violation};
+use super::sparse_rows::SparseRows;
+use crate::sparse::Entries;
+
+/// Entries of a column of `L` in the rows of a cone.
+type Column = (usize, [f64; 3]);
+
+/// The laws, `L` and `w`.
+#[derive(Debug, Default)]
+pub(super) struct Factored {
+    cones: Vec<Placed>,
+    follows: Vec<bool>, // cones  Coulomb's law: the speed of slip is that of the velocities
+    columns: Vec<Column>, // of each cone
+    column_ends: Vec<usize>, // cones
+    columns_before: Vec<Column>, // of the last problem
+    column_ends_before: Vec<usize>,
+    pub units: Vec<f64>, // k
+    pub w: Vec<f64>,     // k
+    pub r: usize,        // columns of L
+}
+
+impl Factored {
+    /// Takes the problem over; whether `L` has the pattern of the last one.
+    pub(super) fn load(&mut self, cones: &[Cone], L: SparseRows<'_>, w: &[f64]) -> bool {
+        std::mem::swap(&mut self.columns, &mut self.columns_before);
+        std::mem::swap(&mut self.column_ends, &mut self.column_ends_before);
+        let Self { columns, column_ends, .. } = self;
+        columns.clear();
+        column_ends.clear();
+        self.cones.clear();
+        self.follows.clear();
+        self.units.clear();
+        self.r = L.places.iter().map(|place| *place as usize + 1).max().unwrap_or(0);
+        let mut first = 0;
+        for &cone in cones {
+            let row = self.units.len();
+            for l in 0..cone.rows() {
+                let own = L.range(row + l);
+                for (place, value) in L.places[own.clone()].iter().zip(&L.values[own]) {
+                    let place = *place as usize;
+                    let known =
+                        columns[first..].iter_mut().find(|own: &&mut Column| own.0 == place);
+                    if let Some((_, entries)) = known {
+                        entries[l] = *value;
+                    } else {
+                        let entries = std::array::from_fn(|i| if i == l { *value } else { 0.0 });
+                        columns.push((place, entries));
+                    }
+                }
+            }
+            let of = &mut columns[first..];
+            let diagonal = |l: usize| of.iter().map(|own| own.1[l] * own.1[l]).sum::<f64>();
+            let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
+            let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
+            of.iter_mut().for_each(|own| own.1 = own.1.map(|entry| entry * unit));
+            self.units.resize(row + cone.rows(), unit);
+            let (cone, follows) = match cone {
+                Cone::Friction { coefficient } => (Cone::Convex { coefficient, speed: 0.0 }, true),
+                cone => (cone.in_units(unit), false),
+            };
+            self.cones.push(Placed { cone, row });
+            self.follows.push(follows);
+            column_ends.push(columns.len());
+            first = columns.len();
+        }
+        self.w.clear();
+        self.w.extend(w.iter().zip(&self.units).map(|(w, unit)| w * unit));
+        let places = self.columns.iter().map(|own| own.0);
+        self.column_ends == self.column_ends_before
+            && places.eq(self.columns_before.iter().map(|own| own.0))
+    }
+
+    /// How many laws there are.
+    pub(super) fn count(&self) -> usize {
+        self.cones.len()
+    }
+
+    /// Columns of `L` in the rows of a cone.
+    fn of_cone(&self, k: usize) -> &[Column] {
+        let from = k.checked_sub(1).map_or(0, |before| self.column_ends[before]);
+        &self.columns[from..self.column_ends[k]]
+    }
+
+    /// `u ← Lᵀ Λ`.
+    pub(super) fn gather(&self, impulse: &[f64], u: &mut [f64]) {
+        u.fill(0.0);
+        for (k, &Placed { cone, row }) in self.cones.iter().enumerate() {
+            let own = &impulse[row..row + cone.rows()];
+            for (place, entries) in self.of_cone(k) {
+                u[*place] += entries.iter().zip(own).map(|(entry, own)| entry * own).sum::<f64>();
+            }
+        }
+    }
+
+    /// `L u` in the rows of a cone.
+    fn spread(&self, k: usize, u: &[f64]) -> [f64; 3] {
+        let mut rows = [0.0; 3];
+        for (place, entries) in self.of_cone(k) {
+            (0..3).for_each(|i| rows[i] += entries[i] * u[*place]);
+        }
+        rows
+    }
+
+    /// `out ← WΛ`, `u ← Lᵀ Λ`.
+    pub(super) fn apply(&self, impulse: &[f64], u: &mut [f64], out: &mut [f64]) {
+        self.gather(impulse, u);
+        for (k, &Placed { cone, row }) in self.cones.iter().enumerate() {
+            let rows = self.spread(k, u);
+            out[row..row + cone.rows()].copy_from_slice(&rows[..cone.rows()]);
+        }
+    }
+
+    /// `y ← WΛ + w`, `u ← Lᵀ Λ`.
+    pub(super) fn velocity(&self, impulse: &[f64], u: &mut [f64], y: &mut [f64]) {
+        self.apply(impulse, u, y);
+        y.iter_mut().zip(&self.w).for_each(|(y, w)| *y += w);
+    }
+
+    /// `s = μ|y_T|` of those laws that are Coulomb's.
+    pub(super) fn take_speeds(&mut self, y: &[f64]) {
+        for (Placed { cone, row }, _) in
+            self.cones.iter_mut().zip(&self.follows).filter(|own| *own.1)
+        {
+            if let Cone::Convex { coefficient, speed } = cone {
+                *speed = *coefficient * libm::hypot(y[*row + 1], y[*row + 2]);
+            }
+        }
+    }
+
+    /// `Π(x)`, `x = Λ_0 − ρ (y + s e_N)`.
+    pub(super) fn project(&self, given: &[f64], (y, rho): (&[f64], f64), out: &mut [f64]) {
+        for &Placed { cone, row } in &self.cones {
+            let own = row..row + cone.rows();
+            let (given, out) = (&given[own.clone()], &mut out[own.clone()]);
+            violation(cone, (&y[own], given), rho, out);
+            out.iter_mut().zip(given).for_each(|(out, given)| *out = given - *out);
+        }
+    }
+
+    /// `ρ DΠ` of each cone, where speeds of slip are `coupled` `ρ DΠ (I + e_N ∂s/∂y)`.
+    pub(super) fn slopes(
+        &self,
+        given: &[f64],
+        (y, rho, coupled): (&[f64], f64, bool),
+        out: &mut Vec<[[f64; 3]; 3]>,
+    ) {
+        out.clear();
+        for (&Placed { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
+            let own = row..row + cone.rows();
+            let slope = LawSlope::at(cone, (&y[own.clone()], &given[own.clone()]), rho);
+            let mut block = [[0.0; 3]; 3];
+            for l in 0..own.len() {
+                let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
+                let change = slope.change(unit, [0.0; 3]);
+                (0..own.len()).for_each(|i| block[i][l] = change[i]);
+            }
+            if let (Cone::Convex { coefficient, .. }, true) = (cone, coupled && *follows) {
+                let slip = [y[row + 1], y[row + 2]];
+                let size = libm::hypot(slip[0], slip[1]);
+                for row in block.iter_mut().filter(|_| size > 0.0) {
+                    let normal = row[0] * coefficient / size;
+                    (0..2).for_each(|i| row[1 + i] += normal * slip[i]);
+                }
+            }
+            out.push(block);
+        }
+    }
+
+    /// Emits `I + Lᵀ B L` with the blocks `B` of the cones: all of it, or its lower triangle.
+    pub(super) fn emit(&self, blocks: &[[[f64; 3]; 3]], whole: bool, out: &mut dyn Entries) {
+        (0..self.r).for_each(|i| out.add(i, i, 1.0));
+        for (k, block) in blocks.iter().enumerate() {
+            let own = self.of_cone(k);
+            for (p, a) in own {
+                let row: [f64; 3] =
+                    std::array::from_fn(|j| (0..3).map(|i| a[i] * block[i][j]).sum());
+                for (q, b) in own.iter().filter(|(q, _)| whole || q <= p) {
+                    out.add(*p, *q, row.iter().zip(b).map(|(row, b)| row * b).sum());
+                }
+            }
+        }
+    }
+
+    /// `step ← F − B L u`.
+    pub(super) fn step(&self, F: &[f64], blocks: &[[[f64; 3]; 3]], u: &[f64], step: &mut [f64]) {
+        for (k, (&Placed { cone, row }, block)) in self.cones.iter().zip(blocks).enumerate() {
+            let change = self.spread(k, u);
+            for i in 0..cone.rows() {
+                let change: f64 = block[i].iter().zip(&change).map(|(b, own)| b * own).sum();
+                step[row + i] = F[row + i] - change;
+            }
+        }
+    }
+
+    /// By what velocity a law is violated at most, in the units of the velocities: by impulses that
+    /// differ by this much from those that are given, and by the speed of slip.
+    pub(super) fn left(&self, (own, given): (&[f64], &[f64]), (y, rho): (&[f64], f64)) -> f64 {
+        let mut most = 0.0_f64;
+        for (&Placed { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
+            let rows = row..row + cone.rows();
+            let mut left = rows.map(|i| (own[i] - given[i]).abs() / rho).fold(0.0, f64::max);
+            if let (Cone::Convex { coefficient, speed }, true) = (cone, *follows) {
+                let slip = libm::hypot(y[row + 1], y[row + 2]);
+                left = left.max((speed - coefficient * slip).abs());
+            }
+            most = most.max(left / self.units[row]);
+        }
+        most
+    }
+}
