@@ -14,6 +14,7 @@ pub use crate::node::{NodeQuantity, RateOf};
 use crate::objective::{ForceTerm, Seen, Term};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
+use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::linear::Singular;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
@@ -80,12 +81,27 @@ impl NodeReader {
         tangents: &[MechanismTangent],
         level: Option<Level>,
     ) -> Result<Self, RateError> {
-        if run.system().adds_mass() {
+        let (rows, state) = (run.rows(), run.state());
+        Self::at(run.constraints(), run.system(), (rows, state), tangents, level)
+    }
+
+    /// The same of a mechanism with its independent rows, at a node.
+    ///
+    /// # Errors
+    /// [`RateError`].
+    pub fn at(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        (rows, state): (&IndependentRows, &State),
+        tangents: &[MechanismTangent],
+        level: Option<Level>,
+    ) -> Result<Self, RateError> {
+        if system.adds_mass() {
             return Err(RateError::AddedMass);
         }
-        let (mechanism, mass) = (run.constraints().clone(), run.system().mass().clone());
-        let mut velocity = NodeVelocity::new(&mechanism, run.rows(), tangents)?;
-        velocity.find(&mechanism, &mass, run.state())?;
+        let (mechanism, mass) = (mechanism.clone(), system.mass().clone());
+        let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
+        velocity.find(&mechanism, &mass, state)?;
         let level = level.map(|level| {
             if level.system.interpolation().is_some() {
                 return Err(RateError::Level("beams"));
@@ -93,11 +109,11 @@ impl NodeReader {
             if level.system.internal_variables() > 0 {
                 return Err(RateError::Level("signals with states, or forces with memory"));
             }
-            let mut own = NodeAcceleration::new(&mechanism, run.rows(), tangents)?;
-            own.find(&mechanism, &*level.system, run.state())?;
+            let mut own = NodeAcceleration::new(&mechanism, rows, tangents)?;
+            own.find(&mechanism, &*level.system, state)?;
             Ok((level, Mutex::new(own)))
         });
-        let (n, m) = (run.state().q.len(), vi_constraints::Constraints::len(&mechanism));
+        let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
         let (velocity, level) = (Mutex::new(velocity), level.transpose()?);
         Ok(Self { mechanism, mass, velocity, level, n, m })
     }

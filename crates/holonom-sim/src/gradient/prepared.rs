@@ -1,9 +1,9 @@
 //! A run with what derivatives need: its controls, its costs, its start.
 
-use super::expressed::sensors_read;
 use super::objective::Costs;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::{ModelTangent, refused};
+use crate::shown::sensors_read;
 use crate::simulation::Simulation;
 use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};

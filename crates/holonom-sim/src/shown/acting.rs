@@ -7,11 +7,12 @@
 //! Efforts of laws and bushings change with whatever they read; `τ_θ` is what the law states whose
 //! expressions are replaced by their derivatives. The efforts are those of [`crate::sensor`].
 
-use super::quantity::{Measured, Sensed, no_derivative, number_of};
+use super::configuration::{Measured, Sensed};
+use super::{no_derivative, number_of};
 use crate::design::{ModelTangent, refused};
 use crate::sensor::{Effort, columns_of};
 use crate::system::System;
-use crate::system::joint_drive::JointDrive;
+use crate::system::joint_drive::{ElementLaw, JointDrive};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Slopes};
@@ -100,6 +101,15 @@ impl AlongCoordinate {
 }
 
 impl NodeQuantity for AlongCoordinate {
+    fn reads_time(&self) -> bool {
+        // springs beside numbers follow paths
+        let moves = |own: &JointDrive| match own.part {
+            "motor" => true,
+            "spring" => matches!(own.law, ElementLaw::Force(_)),
+            _ => false,
+        };
+        matches!(&self.acts, Acts::Elements(all) if all.iter().any(moves))
+    }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.slopes(at, v)[0]
     }
@@ -143,6 +153,9 @@ impl Stated {
 }
 
 impl NodeQuantity for Stated {
+    fn reads_time(&self) -> bool {
+        true // its expressions may
+    }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.of(&self.forces, at, v)
     }

@@ -7,7 +7,8 @@
 //!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
 //! ```
 
-use super::quantity::{no_derivative, number_of, point};
+use super::configuration::point;
+use super::{no_derivative, number_of};
 use crate::design::{ModelTangent, mechanism_design, refused};
 use crate::system::System;
 use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
