@@ -307,15 +307,34 @@ fn forces_of_higher_order_agree_with_differences() {
     }
 }
 
+/// Of a closed loop.
+const LOOP_ACCELERATIONS: [(&str, &str, &str, &[&str]); 3] = [
+    ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"]),
+    ("joint_acceleration", "pin", "", &[""]),
+    ("joint_acceleration", "cut", "", &[""]),
+];
+
+/// Also beside controls: the values of the last step act there.
 #[test]
 fn accelerations_at_the_end_agree_with_differences() {
-    compare_all(&without_controls(FORCES), &ACCELERATIONS, "");
-    let coupler = [
-        ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..]),
-        ("joint_acceleration", "pin", "", &[""]),
-        ("joint_acceleration", "cut", "", &[""]),
-    ];
-    compare_all(&without_controls(&without_objectives(LINKAGE)), &coupler, "");
+    compare_all(FORCES, &ACCELERATIONS, "");
+    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, "");
+}
+
+/// Along the path: those of the steps on both sides of a node, at the ends of the run those of the
+/// acceleration level.
+#[test]
+fn accelerations_along_the_path_agree_with_differences() {
+    compare_all(FORCES, &ACCELERATIONS, PATH);
+    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, PATH);
+    // in one expression with rates and efforts
+    let more = "[[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"lower\"\npoint = [0.1, 0.0, 0.1]\n\
+                [[sensor]]\nname = \"slides\"\ntype = \"joint_acceleration\"\nof = \"slide\"\n\
+                [[sensor]]\nname = \"works\"\ntype = \"effort\"\nof = \"tie\"\n";
+    let sensor =
+        "type = \"expression\"\nvalue = \"felt.ax*felt.gy + k*slides*works + c*slide.rate\"\n";
+    let text = sensing(&format!("{FORCES}{more}"), sensor, "", PATH);
+    Worst::default().compare("expression", &text, &Wanted::everything());
 }
 
 /// Expressions of forces, rates, efforts and orientations together.
@@ -352,6 +371,7 @@ fn forces_by_the_time_step_agree_with_differences() {
         (&HELD.to_owned(), other, "fx", ""),
         (&HELD.to_owned(), tether, "effort", ""),
         (&HELD.to_owned(), tether, "effort", galerkin),
+        (&linkage, "type = \"joint_acceleration\"\nof = \"pin\"\n", "", ""),
     ] {
         for at in ["", PATH] {
             let text = sensing(&by(text, steps), sensor, part, at);
@@ -402,8 +422,14 @@ fn forces_by_the_time_step_agree_with_differences() {
 /// of a run is printed.
 #[test]
 fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
-    let sensor = "type = \"reaction\"\nof = \"cut\"\n";
-    let text = sensing(&without_objectives(LINKAGE), sensor, "fx", PATH);
+    let cut = "type = \"reaction\"\nof = \"cut\"\n";
+    let pin = "type = \"joint_acceleration\"\nof = \"pin\"\n";
+    for (sensor, part) in [(cut, "fx"), (pin, "")] {
+        same_bits_with_checkpoints(&sensing(&without_objectives(LINKAGE), sensor, part, PATH));
+    }
+}
+
+fn same_bits_with_checkpoints(text: &str) {
     let source = ModelText::from_text(Path::new("model.toml"), text);
     let model = source.model(&[]).unwrap();
     let mut all = Vec::new();

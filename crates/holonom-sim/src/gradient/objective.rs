@@ -159,10 +159,10 @@ impl Costs {
         let key = format!("objective.{}.sensor", own.name);
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let (reads, of_states) = (quantity.reads(), run.reads_states());
-        forces::known(&key, reads, (of_states, own.at == CountedAt::End))?;
-        // multipliers of order 2 are those of steps, but for the first node
-        let of_steps = reads.forces && !of_states;
-        let level = match reads.any() && !(of_steps && own.at == CountedAt::End) {
+        forces::known(&key, reads, of_states)?;
+        // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
+        let of_steps = reads.any() && !of_states;
+        let level = match reads.any() && !(of_steps && reads.forces && own.at == CountedAt::End) {
             true => Some(forces::level(model, system, (&key, of_steps), tangents)?),
             false => None,
         };
@@ -172,11 +172,15 @@ impl Costs {
             refused(&key, error.to_string(), help)
         })?;
         let (weight, term) = (own.weight, Box::new(term));
+        let counted = match own.at {
+            CountedAt::End => objective::Counted::AtEnd,
+            CountedAt::Path => objective::Counted::Along,
+        };
         match (own.at, of_steps) {
+            (_, true) if reads.accelerations => self.sum.add_acceleration(weight, counted, term),
+            (_, true) => self.sum.add_force(weight, counted, term),
             (CountedAt::End, false) => self.sum.add(weight, term),
             (CountedAt::Path, false) => self.sum.add_along(weight, term),
-            (CountedAt::End, true) => self.sum.add_force(weight, objective::Counted::AtEnd, term),
-            (CountedAt::Path, true) => self.sum.add_force(weight, objective::Counted::Along, term),
         }
         Ok(())
     }

@@ -186,7 +186,7 @@ impl ModelTrials<'_> {
             quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
                 Shown::Node(own) => {
-                    forces::known(key, own.reads(), (of_states, false))?;
+                    forces::known(key, own.reads(), of_states)?;
                     reads = reads.or(own.reads());
                     Measurable::Node(own)
                 }
@@ -233,10 +233,11 @@ impl ModelTrials<'_> {
         };
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();
         let step = model.settings.step;
-        let Prepared { simulation, controls, .. } = prepared;
+        let Prepared { simulation, controls, steps, .. } = prepared;
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial { run, step, controls, design, directions, tangents: numbers, quantities, level })
+        let tangents = numbers;
+        Ok(Trial { run, step, controls, design, directions, tangents, quantities, level, steps })
     }
 }
 

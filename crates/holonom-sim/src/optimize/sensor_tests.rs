@@ -108,8 +108,8 @@ fn what_is_of_the_next_step_is_refused() {
     let time = "optimize = { time = { min = 0.3, max = 1.0 } }";
     for (sensor, number, more, words) in [
         ("type = \"reaction\", of = \"elbow\"", "s.fx", "", "the step from a node"),
-        ("type = \"acceleration\", of = \"lower\"", "s.z", "", "accelerations"),
-        ("type = \"joint_acceleration\", of = \"elbow\"", "s", "", "accelerations"),
+        ("type = \"acceleration\", of = \"lower\"", "s.z", "", "accelerations, which controls"),
+        ("type = \"joint_acceleration\", of = \"elbow\"", "s", "", "accelerations, which controls"),
         (SENSORS[13].0, "s", time, "beside a free final time"),
     ] {
         let text = model(sensor, number, 0.1, "end", more);

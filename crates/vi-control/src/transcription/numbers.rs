@@ -17,7 +17,7 @@ use super::derivatives::Sink;
 use super::point::Point;
 use super::problem::{Acts, CostKind, Problem, ProblemError, Quantity};
 use crate::node::{NodeQuantity, Reads};
-use crate::objective::{self, Seen};
+use crate::objective::{self, Known, Seen};
 use crate::terminal_rate::NodeReader;
 use vi_constraints::InitialValues;
 use vi_constraints::saddle_point::IndependentRows;
@@ -117,7 +117,9 @@ impl Transcription {
             }
             Quantity::Configuration(own) => own.value(point.configuration(n)),
             Quantity::Node(own) => {
-                let read = |all: &Velocities| all.reader.value(&**own, &self.state(point, n), &[]);
+                let read = |all: &Velocities| {
+                    all.reader.value(&**own, &self.state(point, n), Known::State)
+                };
                 self.velocities.as_ref().map_or(f64::NAN, read)
             }
         }
@@ -210,7 +212,7 @@ impl Transcription {
         let (s, state) = (&point.intervals[step], self.state(point, n));
         let [mut of_q, mut of_p, mut of_last] = [(); 3].map(|()| vec![0.0; self.n]);
         let slopes = [&mut of_q[..], &mut of_p, &mut []];
-        all.reader.add_slopes((own, &|_| 1.0), (&state, &[]), slopes, &mut []);
+        all.reader.add_slopes((own, &|_| 1.0), (&state, Known::State), slopes, &mut []);
         let pull = |emit: &dyn Fn(&mut dyn Entries), out: &mut [f64]| {
             let into = &mut Product { v: &of_p, out };
             emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
