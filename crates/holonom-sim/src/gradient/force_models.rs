@@ -115,6 +115,22 @@ joint = "shoulder"
 hold = 10
 "#;
 
+/// A load that turns with a body and one that keeps its direction, beside [`FORCES`].
+pub(super) const LOADS: &str = r#"
+[[load]]
+name = "push"
+body = "box"
+force = ["= c", 0.4, 0.3]
+torque = [0.1, "= 0.1*k", 0.0]
+point = [0.1, "= 0.1*length", 0.0]
+frame = "body"
+history = "cos(k*t)"
+[[load]]
+name = "weighs"
+body = "lower"
+force = [0.0, 0.2, "= -c"]
+"#;
+
 /// A bushing and laws that read joints and other bodies: none of these may change.
 pub(super) const READING: &str = r#"
 [[bushing]]
@@ -160,7 +176,7 @@ pub(super) fn without_objectives(text: &str) -> String {
 }
 
 /// Sensors of efforts and powers: type and of what, and their numbers.
-pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
+pub(super) const EFFORTS: [(&str, &str, &[&str]); 19] = [
     ("effort", "shoulder", &["spring", "damper", "bumper", "friction", "motor"]),
     ("effort", "slide", &["spring", "damper"]),
     ("effort", "tie", &[""]),
@@ -173,6 +189,13 @@ pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
     ("effort", "lifts", &["fx", "fy"]),
     ("power", "shoulder", &["spring", "bumper", "friction", "motor"]),
     ("power", "tie", &[""]),
+    ("power", "mount", &[""]),
+    ("power", "soft", &[""]),
+    ("power", "along", &[""]),
+    ("power", "pulls", &[""]),
+    ("power", "blows", &[""]),
+    ("power", "follows", &[""]),
+    ("power", "lifts", &[""]),
 ];
 
 /// Sensors of orientations: of what, and seen from where.

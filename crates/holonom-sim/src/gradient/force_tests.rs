@@ -2,8 +2,8 @@
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
 use super::force_models::{
-    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, ORIENTATIONS, REACTIONS, conservative, far, held,
-    without_controls, without_objectives,
+    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, LOADS, ORIENTATIONS, REACTIONS, conservative,
+    far, held, without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
@@ -170,6 +170,11 @@ fn compare_efforts(at: &str) {
             worst.compare(&format!("{kind} of {of}.{part}"), &text, &Wanted::everything());
         }
     }
+    for of in ["push", "weighs"] {
+        let sensor = format!("type = \"power\"\nof = \"{of}\"\n");
+        let text = sensing(&format!("{FORCES}{LOADS}"), &sensor, "", at);
+        worst.compare(&format!("power of {of}"), &text, &Wanted::everything());
+    }
     let linkage = without_objectives(LINKAGE);
     for (text, of, part) in
         [(&linkage, "pin", "damper"), (&linkage, "pivot", "spring"), (&far(), "far", "")]
@@ -218,8 +223,6 @@ fn orientations_agree_with_differences() {
 fn sensors_without_derivatives_are_refused_with_a_remedy() {
     let held = held();
     for (kind, of, part, remedy) in [
-        ("power", "along", "", "in a sensor of type \"expression\""),
-        ("power", "mount", "", "in a sensor of type \"expression\""),
         ("work", "tie", "", "the power along the path"),
         ("effort", "shoulder", "", "seen.spring, seen.damper, seen.bumper"),
         ("effort", "shoulder", "brake", "seen.spring, seen.damper, seen.bumper"),
