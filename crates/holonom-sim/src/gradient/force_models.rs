@@ -275,6 +275,57 @@ joint = "rail"
 path = "0.1*k*t^2"
 "#;
 
+/// A nut on a thread with a spring, and an arm on it that a spring between points pulls.
+pub(super) const THREADED: &str = r#"
+[model]
+name = "threaded"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+[parameters]
+g = 9.81
+k = 6.0
+mass = 1.6
+[[body]]
+name = "nut"
+position = [0.1, 0.0, 0.0]
+mass = 0.8
+inertia = [0.02, 0.03, 0.015]
+[[body]]
+name = "arm"
+position = [0.5, 0.0, 0.2]
+mass = "= mass"
+inertia = [0.01, 0.02, 0.015]
+[[joint]]
+name = "thread"
+type = "screw"
+pitch = 0.05
+parent = "ground"
+child = "nut"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 0.0, 1.0]
+rate = 2.0
+spring = { stiffness = "= k", rest = 0.4 }
+damper = { damping = 0.2 }
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "nut"
+child = "arm"
+position = [0.2, 0.0, 0.0]
+axis = [0.0, 1.0, 0.3]
+[[spring]]
+name = "tie"
+from = "ground"
+to = "arm"
+point_from = [0.0, 0.4, 1.0]
+point_to = [0.2, 0.0, 0.1]
+stiffness = "= 4*k"
+natural_length = 0.5
+damping = 0.7
+"#;
+
 /// Sensors of reactions and efforts of constraints: type, of what, choices, numbers.
 pub(super) const REACTIONS: [(&str, &str, &str, &[&str]); 8] = [
     ("reaction", "shoulder", "", &["fx", "fy", "mx"]),

@@ -2,8 +2,8 @@
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
 use super::force_models::{
-    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, LOADS, ORIENTATIONS, REACTIONS, conservative,
-    far, held, without_controls, without_objectives,
+    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, LOADS, ORIENTATIONS, REACTIONS, THREADED,
+    conservative, far, held, without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
@@ -293,6 +293,22 @@ fn reactions_of_a_loop_agree_with_differences() {
     compare_all(&linkage, &joints, PATH);
 }
 
+/// Of a tree of bodies alone, beside forces between them: on a thread, along whose coordinate a
+/// change of the joint has a part, and on a hinge.
+#[test]
+fn reactions_beside_forces_agree_with_differences() {
+    let all = [
+        ("reaction", "thread", "", &["fx", "fz", "mx", "mz"][..]),
+        ("reaction", "hinge", "frame = \"space\"\n", &["fx", "fz", "mx"]),
+    ];
+    compare_all(THREADED, &all, "");
+    let hinged = THREADED.replace("type = \"screw\"\npitch = 0.05", "type = \"cylindrical\"");
+    let hinged = hinged.replace("spring = { ", "spring = { freedom = 1, ");
+    let hinged = hinged.replace("damper = { ", "damper = { freedom = 1, ");
+    let hinged = hinged.replace("rate = 2.0", "rate = [0.1, 2.0]");
+    compare_all(&hinged, &[("reaction", "hinge", "", &["fy", "mx"][..])], PATH);
+}
+
 /// By sub-steps and by Galerkin steps all is of the acceleration level.
 #[test]
 fn forces_of_higher_order_agree_with_differences() {
@@ -322,6 +338,16 @@ const LOOP_ACCELERATIONS: [(&str, &str, &str, &[&str]); 3] = [
 fn accelerations_at_the_end_agree_with_differences() {
     compare_all(FORCES, &ACCELERATIONS, "");
     compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, "");
+}
+
+/// Of a hinge whose axis changes with a parameter.
+#[test]
+fn accelerations_about_an_axis_that_changes_agree_with_differences() {
+    let text = FORCES.replace("axis = [0.0, 1.0, 0.2]", "axis = [0.0, 1.0, \"= 0.25*length\"]");
+    assert_ne!(text, FORCES);
+    let own = [("joint_acceleration", "shoulder", "", &[""][..])];
+    compare_all(&text, &own, "");
+    compare_all(&text, &own, PATH);
 }
 
 /// Along the path: those of the steps on both sides of a node, at the ends of the run those of the

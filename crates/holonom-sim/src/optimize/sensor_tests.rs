@@ -51,6 +51,27 @@ fn found(text: &ModelText) -> Result<Found, OptimizeFailure> {
     optimize(text, &[], &model, Some(&mut Pounce::default()), &watch)
 }
 
+/// What is left of the gradient of the run with the controls of an optimum, and how far its value
+/// and the cost of the optimum are apart.
+fn left_of_gradient(what: &str, text: &str) -> [f64; 2] {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let found = found(&text).unwrap_or_else(|error| panic!("{what}: {error}"));
+    assert_eq!(found.report.status, Status::Optimal, "{what}: {:?}", found.report);
+    let own = text.model(&[]).unwrap();
+    let values = |k: usize| {
+        let steps = found.controls.iter().step_by(own.controls[k].hold);
+        steps.map(|row| row[k]).collect()
+    };
+    let values = (0..own.controls.len()).map(values).collect();
+    let wanted = Wanted { values, parameters: false, ..Wanted::everything() };
+    let slope = gradient(&text, &[], &own, &wanted).unwrap();
+    let all = slope.controls.iter().flat_map(|own| &own.derivatives);
+    let left = all.fold(0.0_f64, |most, slope| most.max(slope.abs()));
+    let miss = (slope.value - found.report.cost).abs() / found.report.cost;
+    println!("{what}: slope {left:.1e}, cost {} apart {miss:.1e}", found.report.cost);
+    [left, miss]
+}
+
 /// An optimum without conditions has no slope: the gradient of the run with its controls vanishes,
 /// and its value is the cost of the optimum.
 #[test]
@@ -58,28 +79,41 @@ fn the_gradient_vanishes_at_an_optimum() {
     let (mut worst, mut apart) = (0.0_f64, 0.0_f64);
     for (sensor, number, target) in SENSORS {
         for at in ["path", "end"] {
-            let text = model(sensor, number, *target, at, "");
-            let text = ModelText::from_text(Path::new("model.toml"), &text);
-            let found = found(&text).unwrap_or_else(|error| panic!("{sensor}: {error}"));
-            assert_eq!(found.report.status, Status::Optimal, "{sensor}: {:?}", found.report);
-            let own = text.model(&[]).unwrap();
-            let values = |k: usize| {
-                let steps = found.controls.iter().step_by(own.controls[k].hold);
-                steps.map(|row| row[k]).collect()
-            };
-            let values = (0..own.controls.len()).map(values).collect();
-            let wanted = Wanted { values, parameters: false, ..Wanted::everything() };
-            let slope = gradient(&text, &[], &own, &wanted).unwrap();
-            let all = slope.controls.iter().flat_map(|own| &own.derivatives);
-            let left = all.fold(0.0_f64, |most, slope| most.max(slope.abs()));
-            let miss = (slope.value - found.report.cost).abs() / found.report.cost;
-            println!("{number} of {sensor} at {at}: slope {left:.1e}, cost apart {miss:.1e}");
+            let what = format!("{number} of {sensor} at {at}");
+            let [left, miss] = left_of_gradient(&what, &model(sensor, number, *target, at, ""));
             (worst, apart) = (worst.max(left), apart.max(miss));
         }
     }
     println!("slope {worst:.1e}, cost apart {apart:.1e}");
     assert!(worst < 1e-7, "{worst}");
     assert!(apart < 1e-11, "{apart}");
+}
+
+/// The same of a rotor that turns by more than half a turn: the sign of a quaternion is continued
+/// along the motion, and a spring counts on.
+#[test]
+fn numbers_are_continued_beyond_half_a_turn() {
+    let rotor = r#"
+model = { name = "rotor", gravity = [0.0, 0.0, 0.0] }
+simulation = { step = 0.02, end = 0.6 }
+body = [{ name = "disc", mass = 1.0, inertia = [0.1, 0.2, 0.1], position = [0.0, 0.0, 0.0] }]
+joint = [{ name = "axle", type = "revolute", parent = "ground", child = "disc", position = [0.0, 0.0, 0.0], axis = [0.0, 1.0, 0.0], rate = 8.0, spring = { stiffness = 0.02, rest = 0.0 } }]
+control = [{ name = "drive", joint = "axle" }]
+optimize = { guess = "run" }
+"#;
+    for (kind, of, number, target) in
+        [("orientation", "disc", "s.w", -0.5), ("effort", "axle", "s.spring", -0.08)]
+    {
+        for at in ["path", "end"] {
+            let text = format!(
+                "{rotor}sensor = [{{ name = \"s\", type = \"{kind}\", of = \"{of}\" }}]\n\
+                 objective = [{{ name = \"cheap\", type = \"effort\", weight = 0.01 }}, \
+                 {{ name = \"near\", type = \"sensor\", sensor = \"{number}\", target = {target:?}, at = \"{at}\" }}]\n"
+            );
+            let [left, miss] = left_of_gradient(&format!("{number} at {at}"), &text);
+            assert!(left < 1e-9 && miss < 1e-11, "{number} at {at}: {left}, {miss}");
+        }
+    }
 }
 
 /// Conditions on numbers of nodes with their velocities are met by the run of the result.
