@@ -220,7 +220,7 @@ impl Supplied {
             let all = own.numbers.loads.iter();
             let of = all.filter_map(|(k, change)| match dynamics.forces.forces.get(*k)? {
                 NamedForce { name, force: ElementForce::Body(load) } if *name == sensor.of => {
-                    Some((load.clone(), change.clone()))
+                    Some((load.clone(), *change))
                 }
                 _ => None,
             });

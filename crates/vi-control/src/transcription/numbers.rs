@@ -45,8 +45,8 @@ pub(super) struct Velocities {
 /// The coordinate that an unknown of the tree is; `None` of rotation vectors and free places.
 fn coordinate(mechanism: &Mechanism, unknown: SignedUnknown) -> Option<JointCoordinate> {
     let own = |k: usize| unknown.index.checked_sub(k);
-    let link = mechanism.tree().links().iter();
-    let link = link.filter(|link| own(link.offset).is_some_and(|k| k < link.dof())).next()?;
+    let mut links = mechanism.tree().links().iter();
+    let link = links.find(|link| own(link.offset).is_some_and(|k| k < link.dof()))?;
     JointCoordinate::principal(&link.joint, own(link.offset)?)
 }
 
