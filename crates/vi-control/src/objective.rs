@@ -87,9 +87,9 @@ pub enum Known<'a> {
 pub trait StepTerm: Term {
     /// What a node costs.
     fn of_node(&self, node: &State, known: Known<'_>) -> f64;
-    /// Adds `scale` times its derivatives by `q`, by `p̄` and by what is known, and the explicit ones
-    /// by parameters. Where that is the state alone, by forces on the coordinates in its place,
-    /// shape `n`, or not where that is empty. Returns what the node costs.
+    /// Adds `scale` times its derivatives by `q`, by `p̄` and by what is known, and the explicit
+    /// ones by parameters. Where that is the state alone, by forces on the coordinates in its
+    /// place, shape `n`, or not where that is empty. Returns what the node costs.
     fn add_of_node(
         &self,
         node: (&State, Known<'_>),
@@ -434,8 +434,8 @@ impl Objective {
         self.forces.0.push((weight, counted, term));
     }
 
-    /// Adds a term of nodes and of their accelerations: those of the steps of order 2 on both sides,
-    /// at the first and at the last node those of the acceleration level.
+    /// Adds a term of nodes and of their accelerations: those of the steps of order 2 on both
+    /// sides, at the first and at the last node those of the acceleration level.
     pub fn add_acceleration(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
         self.accelerations.0.push((weight, counted, term));
     }

@@ -6,8 +6,8 @@
 //! ```
 //! Multipliers and accelerations are those of the acceleration level
 //! ([`vi_multibody::design::acceleration`]), which follow from the same node; with steps of order 2
-//! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and accelerations
-//! those of the steps on both sides ([`StepTerm`]).
+//! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and
+//! accelerations those of the steps on both sides ([`StepTerm`]).
 
 use crate::node::{Node, Slopes};
 pub use crate::node::{NodeQuantity, RateOf};
@@ -154,9 +154,10 @@ impl NodeReader {
         self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
-    /// Adds the derivatives of a number by `q`, by `p̄` and by what is known, and those by parameters
-    /// with these held, all times what `weigh` makes of the number. Where the state alone is known,
-    /// by forces on the coordinates in the place of that, shape `n` or empty. Returns the number.
+    /// Adds the derivatives of a number by `q`, by `p̄` and by what is known, and those by
+    /// parameters with these held, all times what `weigh` makes of the number. Where the state
+    /// alone is known, by forces on the coordinates in the place of that, shape `n` or empty.
+    /// Returns the number.
     pub fn add_slopes(
         &self,
         (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
