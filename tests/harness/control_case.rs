@@ -323,7 +323,7 @@ impl Case {
         let point = Form::point(12 * index(&part["body"]), &vector(&part["point"]));
         std::array::from_fn(|i| {
             let along = Form::constant(Vector3::ith(i, 1.0));
-            Quantity::Product(Row::product(point.clone(), along, 0.0))
+            Quantity::of(Row::product(point.clone(), along, 0.0))
         })
     }
 
@@ -396,7 +396,7 @@ impl Case {
             let mut product = |i: usize, own: usize, bounds: [f64; 2]| {
                 let own = Form::vector(0, &Vector3::ith(own % 3, 1.0));
                 let fixed = Form::constant(target.column(i).into());
-                let quantity = Quantity::Product(Row::product(own, fixed, 0.0));
+                let quantity = Quantity::of(Row::product(own, fixed, 0.0));
                 let name = format!("attitude {i}");
                 conditions.push(Condition { name, quantity, when: When::End, bounds });
             };

@@ -165,6 +165,16 @@ impl Experiment for Unknown {
         let run = run.map_err(|e| refused(&e))?;
         case.value = Value::Null;
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial { run, step, controls, design, directions, tangents, quantities, level: None })
+        Ok(Trial {
+            run,
+            step,
+            controls,
+            design,
+            directions,
+            tangents,
+            quantities,
+            level: None,
+            steps: usize::MAX,
+        })
     }
 }

@@ -19,6 +19,7 @@
 //! | [`RunState`] | the state of a run between two steps |
 //! | [`sample`] | what a run delivers at a node |
 //! | [`sensor`] | what its sensors measure there |
+//! | `shown` | the same with its derivatives |
 //! | [`output`] | the files of a run |
 //!
 //! | type | is |
@@ -46,6 +47,7 @@ mod resolution;
 pub mod response;
 mod run;
 pub mod sensor;
+mod shown;
 pub mod simulation;
 mod start;
 pub mod statics;

@@ -180,15 +180,16 @@ impl Gradient {
         let levels = levels(task.checkpoints, task.steps, sizes);
         // where nodes cost, p̃ has to be a momentum of their velocity
         let counts_forces = task.objective.counts_forces();
+        let counts_steps = task.objective.counts_steps();
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
-            _ if counts_forces || task.objective.counts_nodes() => Tangents::OfBodies,
+            _ if task.objective.counts_nodes() => Tangents::OfBodies,
             (true, true) => Tangents::OfMovedMechanism,
             (true, false) => Tangents::OfBodies,
             (false, _) => Tangents::OfMechanism,
         };
-        if counts_forces && (run.reads_states() || task.steps == 0) {
-            let what = "multipliers of steps that are not of order 2";
+        if counts_steps && (run.reads_states() || task.steps == 0) {
+            let what = "multipliers or accelerations of steps that are not of order 2";
             return Err(GradientError::NotDifferentiable { what });
         }
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
@@ -205,6 +206,9 @@ impl Gradient {
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
+            dq: vec![0.0; n],
+            begin: vec![0.0; n],
+            carried: vec![0.0; n],
             nodes: Vec::new(),
             of_step: StepGradient::zero(n, task.controls.count()),
             sources: Sources::zero(n, m),
@@ -269,6 +273,9 @@ struct Sweep<'a, S, C> {
     beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
     p: Vec<f64>,       // n  the momentum that is held where the run is
+    dq: Vec<f64>,      // n  the increments of the step that ends there
+    begin: Vec<f64>,   // n  the same where what is recorded begins
+    carried: Vec<f64>, // n  by the node before, of what the node swept back to costs
     nodes: Vec<State>, // of the recorded macro steps, with p̃, where they cost
     of_step: StepGradient,
     sources: Sources,
@@ -292,10 +299,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             self.record(run, steps)?;
             return self.back(run);
         };
-        let mut kept: Vec<(usize, State, Vec<f64>)> = Vec::new();
+        let mut kept: Vec<(usize, State, [Vec<f64>; 2])> = Vec::new();
         let (first, mut at) = (self.first, steps.start);
         while at < steps.end {
-            kept.push((at, run.state().clone(), self.p.clone()));
+            kept.push((at, run.state().clone(), [self.p.clone(), self.dq.clone()]));
             let end = (at + length).min(steps.end);
             if end < steps.end {
                 self.forward(run, at..end, first)?;
@@ -304,9 +311,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         }
         let mut end = steps.end;
         let mut last = None;
-        for (at, state, p) in kept.iter().rev() {
+        for (at, state, [p, dq]) in kept.iter().rev() {
             run.place_at(state);
             self.p.copy_from_slice(p);
+            self.dq.copy_from_slice(dq);
             self.first &= end == steps.end;
             self.piece(run, *at..end, lower)?;
             last.get_or_insert_with(|| run.state().clone());
@@ -326,7 +334,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         counts: bool,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
-        let Self { found, costates, p, .. } = self;
+        let Self { found, costates, p, dq, .. } = self;
         let last = steps.end - 1;
         let mut nodes = counts.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
@@ -338,6 +346,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
                 if step == last {
                     costates.momentum(system, taken.points(), p);
+                    dq.copy_from_slice(&taken.s.dq);
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
@@ -357,8 +366,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
         self.tape.clear();
-        let Self { tape, nodes, found, first, costates, p, .. } = self;
+        let Self { tape, nodes, found, first, costates, p, dq, begin, .. } = self;
         nodes.clear();
+        begin.clone_from(dq);
         let ends = steps.end == self.task.steps;
         let mut costs = first.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
@@ -373,6 +383,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
                 tape.push(step, taken.points(), p);
                 costates.momentum(system, taken.points(), p);
+                dq.copy_from_slice(&taken.s.dq);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
             if let Some(costs) = &mut costs {
@@ -402,7 +413,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         run.place_at(&last);
         let node = holding(&last, &self.p);
         let mut tape = std::mem::take(&mut self.beyond);
-        let pulled = self.pull(run, tape.at(0), Some(&node), false);
+        let pulled = self.pull(run, tape.at(0), (Some(&node), &[]), false);
         self.beyond = tape;
         pulled
     }
@@ -425,6 +436,26 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         Ok(())
     }
 
+    /// What the last node costs by its acceleration, that of the level; `h`: of the last step.
+    fn last_acceleration(&mut self, node: &State, h: f64) {
+        let Task { objective, controls, steps, .. } = *self.task;
+        let Self { forces, costate, found, .. } = self;
+        forces.clear();
+        controls.set(steps);
+        let at = NodePlace { weight: 0.5 * h, is_last: true };
+        forces.find_level(objective, (node, at), &mut found.parameters);
+        if let Some(place) = controls.place(steps) {
+            add(
+                &controls.of_force(node.configuration(), &forces.by_force),
+                &mut found.controls[place],
+            );
+        }
+        found.value += forces.cost;
+        self.by_step += forces.by_step;
+        add(&forces.q, &mut costate.q);
+        add(&forces.p, &mut costate.p);
+    }
+
     /// Back over what is recorded.
     fn back(&mut self, run: &Integrator<S, C>) -> Result<(), GradientError> {
         let mut tape = std::mem::take(&mut self.tape);
@@ -434,13 +465,23 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 let last = (&nodes[..], nodes.len().saturating_sub(1));
                 let (costate, found) = (&mut self.costate, &mut self.found.parameters);
                 self.by_step += add_node(self.task, last, true, costate, found);
+                if let (false, [.., before, last]) =
+                    (self.task.objective.accelerations().is_empty(), &nodes[..])
+                {
+                    self.last_acceleration(last, last.t - before.t);
+                }
             }
             let step = tape.step(k);
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
-            self.pull(run, tape.at(k), nodes.get(node).filter(|_| starts), k == 0 && step == 0)?;
+            let before = match k.checked_sub(1).filter(|_| self.task.objective.counts_steps()) {
+                Some(k) => tape.at(k).points.last().map_or_else(Vec::new, |s| s.dq.clone()),
+                None => self.begin.clone(),
+            };
+            let node = (nodes.get(node).filter(|_| starts), &before[..]);
+            self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
             if starts {
-                let node = (&nodes[..], node);
+                let node = (&nodes[..], step - tape.step(0));
                 let (costate, found) = (&mut self.costate, &mut self.found.parameters);
                 self.by_step += add_node(self.task, node, step == 0, costate, found);
             }
@@ -450,12 +491,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     }
 
     /// Back over a (sub-)step, the first one of the run or another; `node`: where it starts, of a
-    /// macro step.
+    /// macro step, with the increments of the step that ends there.
     fn pull(
         &mut self,
         run: &Integrator<S, C>,
         taken: Taken<'_>,
-        node: Option<&State>,
+        (node, before): (Option<&State>, &[f64]),
         is_first: bool,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, design, by_step, steps, .. } = *self.task;
@@ -474,9 +515,16 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
             design.add_internal_adjoint(s, &costate.z, sums);
         }
-        let node = node.filter(|_| objective.counts_forces());
+        let node = node.filter(|_| objective.counts_steps());
         forces.clear();
-        if let (Some(node), true) = (node, step > 0) {
+        let accelerates = is_counted && !objective.accelerations().is_empty();
+        if let (Some(node), true) = (node, step > 0 && accelerates) {
+            let at = NodePlace { weight: s.h, is_last: false };
+            let increments = ([before, &s.dq], s.h);
+            forces.find_acceleration(objective, (node, at), increments, &mut found.parameters);
+            add(&forces.neighbours, &mut costate.q);
+        }
+        if let (Some(node), true) = (node, step > 0 && objective.counts_forces()) {
             let weight = if is_counted { s.h } else { 0.5 * s.h };
             let at = NodePlace { weight, is_last: !is_counted };
             let parameters = &mut found.parameters[..];
@@ -495,7 +543,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         })?;
         if let (Some(node), 0) = (node, step) {
             let at = NodePlace { weight: 0.5 * s.h, is_last: false };
-            forces.find_first(objective, (node, at), &mut found.parameters);
+            forces.find_level(objective, (node, at), &mut found.parameters);
             if let Some(place) = controls.place(step) {
                 let own = controls.of_force(node.configuration(), &forces.by_force);
                 add(&own, &mut found.controls[place]);
@@ -505,6 +553,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         self.by_step += forces.by_step;
         add(&forces.q, &mut costate.q);
         add(&forces.p, &mut costate.p);
+        if is_counted {
+            add(&self.carried, &mut costate.q);
+            self.carried.copy_from_slice(&forces.neighbours);
+        }
         add(&of_step.start, &mut costate.q);
         let place = controls.place(step);
         if let Some(place) = place {

@@ -16,8 +16,8 @@ use crate::controls::Controls;
 use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
-use crate::objective::{Objective, Quantity, Seen};
-use crate::sensitivities::{Beside, Direction, Growth, NodeForces, Sensitivities};
+use crate::objective::{Known, Objective, Quantity, Seen};
+use crate::sensitivities::{Beside, Direction, Growth, Increment, NodeForces, Sensitivities};
 use crate::terminal_rate::{Level, NodeReader};
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -48,6 +48,8 @@ pub struct Trial {
     pub quantities: Vec<Measurable>,
     /// The acceleration level, where a quantity reads multipliers or accelerations.
     pub level: Option<Level>,
+    /// Steps of the run: its last node has the accelerations of that level.
+    pub steps: usize,
 }
 
 impl std::fmt::Debug for Trial {
@@ -331,6 +333,7 @@ struct Found<'a> {
     directions: &'a [Direction],
     changes: &'a [Vec<f64>], // of v, along the directions; empty where v is not read
     forces: Option<&'a NodeForces>, // where they are read
+    acceleration: Option<&'a Increment>, // that of the steps on both sides, where it is read
 }
 
 impl Found<'_> {
@@ -386,7 +389,8 @@ impl Found<'_> {
         weight * y.value(node)
     }
 
-    /// The same of what reads the acceleration level; `parameters`: of the design.
+    /// The same of what reads accelerations, those of the steps on both sides where they are known,
+    /// or the acceleration level; `parameters`: of the design.
     fn of_level(
         &self,
         (y, reader, state): (&dyn NodeQuantity, &NodeReader, &State),
@@ -394,13 +398,19 @@ impl Found<'_> {
         parameters: usize,
         mut change: impl FnMut(usize, f64),
     ) -> f64 {
-        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; state.q.len()]);
+        let [mut q, mut p, mut by_a] = [(); 3].map(|()| vec![0.0; state.q.len()]);
         let mut moved = vec![0.0; parameters];
-        let slopes = [&mut q[..], &mut p, &mut []];
-        let value = reader.add_slopes((y, &|_| weight), (state, &[]), slopes, &mut moved);
+        let acceleration = self.acceleration.filter(|_| y.reads().accelerations);
+        let (known, of_known) = match acceleration {
+            Some(own) => (Known::Acceleration(&own.dq), &mut by_a[..]),
+            None => (Known::State, &mut [][..]),
+        };
+        let slopes = [&mut q[..], &mut p, of_known];
+        let value = reader.add_slopes((y, &|_| weight), (state, known), slopes, &mut moved);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| moved[k]);
-            change(j, dot(&q, &own.q) + dot(&p, &own.p) + moved);
+            let bent = acceleration.map_or(0.0, |own| dot(&by_a, &own.changes[j]));
+            change(j, dot(&q, &own.q) + dot(&p, &own.p) + bent + moved);
         }
         weight * value
     }
@@ -435,6 +445,9 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         }
         let reads = trial.quantities.iter().fold(Reads::default(), |all, own| all.or(own.reads()));
         let parameters = trial.tangents.len();
+        if reads.accelerations {
+            tangents.keep_increments();
+        }
         let level = trial.level.take().filter(|_| reads.any());
         let reader = level.map(|own| NodeReader::new(&trial.run, &trial.tangents, Some(own)));
         let objective = Objective::default();
@@ -461,9 +474,11 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             }
             let of_step = |own: &Share| {
                 let reads = trial.quantities[self.series[own.series].sensor].reads();
-                reads == Reads { forces: true, accelerations: false }
-                    && reached > 0
-                    && !trial.run.reads_states()
+                let is_known = match reads {
+                    Reads { forces: true, accelerations } => !accelerations,
+                    Reads { accelerations, .. } => accelerations && reached < trial.steps,
+                };
+                is_known && reached > 0 && !trial.run.reads_states()
             };
             let mut forces = None;
             if own.iter().any(of_step) {
@@ -472,6 +487,9 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 let beside = Beside { controls, design, objective: &objective };
                 forces = Some(tangents.find_forces(run, beside).map_err(refused)?.clone());
             }
+            let next = forces.as_ref().filter(|_| reached < trial.steps);
+            let h = trial.step;
+            let acceleration = next.map(|own| tangents.before().acceleration(&own.next, h));
             let state = trial.run.state();
             let at = state.configuration();
             let none = Vec::new();
@@ -484,6 +502,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                     directions: &directions,
                     changes: velocities.as_ref().map_or(&[], |all| &all.changes),
                     forces: forces.as_ref(),
+                    acceleration: acceleration.as_ref(),
                 };
                 let change = |j: usize, change: f64| {
                     if let Some(jacobian) = jacobian.as_deref_mut() {
@@ -510,7 +529,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                     Measurable::Node(own) => {
                         let slopes = [&mut slope, &mut of_v, &mut of_lambda];
                         let value = found.of_node(&**own, share.weights[1], slopes, change);
-                        if forces.is_some() {
+                        if own.reads().forces {
                             tangents.check_forces(&trial.run, &of_lambda).map_err(refused)?;
                         }
                         value

@@ -94,6 +94,10 @@ pub trait NodeQuantity: Send + Sync {
     fn reads_velocity(&self) -> bool {
         true
     }
+    /// Whether it changes with the time by itself, or may.
+    fn reads_time(&self) -> bool {
+        false
+    }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
@@ -113,6 +117,9 @@ impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
     }
     fn reads_velocity(&self) -> bool {
         (**self).reads_velocity()
+    }
+    fn reads_time(&self) -> bool {
+        (**self).reads_time()
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         (**self).follow(node, seen);
@@ -162,5 +169,8 @@ impl NodeQuantity for Input {
     ) {
         self.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
         self.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);
+    }
+    fn reads_time(&self) -> bool {
+        matches!(self, Self::Time)
     }
 }

@@ -71,21 +71,83 @@ pub trait Term: Send + Sync {
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
 
-/// A term of a node and of the multipliers `λ` of the step from there. As a term of the end it has
-/// those of the acceleration level.
-pub trait ForceTerm: Term {
-    /// What a node costs; `lambda`: shape `m`.
-    fn of_node(&self, node: &State, lambda: &[f64]) -> f64;
-    /// Adds `scale` times its derivatives by `q`, `p̄`, `λ`, and the explicit ones by parameters.
-    /// Where `λ` is that of the acceleration level, by forces on the coordinates in its place,
-    /// shape `n`, or not where that is empty. Returns what the node costs.
+/// What of a node is known beside its state.
+#[derive(Clone, Copy, Debug)]
+pub enum Known<'a> {
+    /// Nothing: multipliers and accelerations are those of the acceleration level.
+    State,
+    /// `λ` of the step from there, shape `m`.
+    Multipliers(&'a [f64]),
+    /// `a` of the steps on both sides, shape `n`.
+    Acceleration(&'a [f64]),
+}
+
+/// A term of a node and of what the steps beside it give. As a term of the end it is that of the
+/// acceleration level.
+pub trait StepTerm: Term {
+    /// What a node costs.
+    fn of_node(&self, node: &State, known: Known<'_>) -> f64;
+    /// Adds `scale` times its derivatives by `q`, by `p̄` and by what is known, and the explicit
+    /// ones by parameters. Where that is the state alone, by forces on the coordinates in its
+    /// place, shape `n`, or not where that is empty. Returns what the node costs.
     fn add_of_node(
         &self,
-        node: (&State, &[f64]),
+        node: (&State, Known<'_>),
         scale: f64,
         slopes: [&mut [f64]; 3],
         parameters: &mut [f64],
     ) -> f64;
+}
+
+/// Terms of nodes of a run of order 2 and of what the steps beside them give, weighted.
+#[derive(Default)]
+pub struct StepTerms(Vec<(f64, Counted, Box<dyn StepTerm>)>);
+
+impl std::fmt::Debug for StepTerms {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_list().entries(self.0.iter().map(|own| own.0)).finish()
+    }
+}
+
+impl StepTerms {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The terms that count at a node: weight, that of the trapezoidal rule, term.
+    fn at(&self, at: Place) -> impl Iterator<Item = ([f64; 2], &dyn StepTerm)> {
+        let path = Place { is_last: false, ..at };
+        let all = self.0.iter().map(move |(weight, counted, term)| {
+            ([at, path].map(|at| weight * counted.weight(at)), &**term)
+        });
+        all.filter(|(weights, _)| weights[0] != 0.0)
+    }
+
+    /// What a node costs.
+    #[must_use]
+    pub fn of(&self, (node, known): (&State, Known<'_>), at: Place) -> f64 {
+        self.at(at).map(|([weight, _], term)| weight * term.of_node(node, known)).sum()
+    }
+
+    /// Adds its derivatives as [`StepTerm::add_of_node`] does; returns what it costs, and how much
+    /// of that counts along the path.
+    pub fn add_of(
+        &self,
+        node: (&State, Known<'_>),
+        at: Place,
+        [q, p, of_known]: [&mut [f64]; 3],
+        parameters: &mut [f64],
+    ) -> [f64; 2] {
+        let mut sums = [0.0; 2];
+        for (weights, term) in self.at(at) {
+            let slopes = [&mut *q, &mut *p, &mut *of_known];
+            let cost = term.add_of_node(node, weights[0], slopes, parameters);
+            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
+        }
+        sums
+    }
 }
 
 /// The place of a node in a run.
@@ -332,7 +394,8 @@ impl<Q: Quantity> Term for Last<Q> {
 pub struct Objective {
     terms: Vec<(f64, Box<dyn Term>)>,
     along: Vec<(f64, Box<dyn Term>)>, // φ
-    forces: Vec<(f64, Counted, Box<dyn ForceTerm>)>,
+    forces: StepTerms,
+    accelerations: StepTerms,
 }
 
 impl std::fmt::Debug for Objective {
@@ -367,20 +430,44 @@ impl Objective {
     }
 
     /// Adds a term of nodes and of the multipliers of the steps from there: those of order 2.
-    pub fn add_force(&mut self, weight: f64, counted: Counted, term: Box<dyn ForceTerm>) {
-        self.forces.push((weight, counted, term));
+    pub fn add_force(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
+        self.forces.0.push((weight, counted, term));
+    }
+
+    /// Adds a term of nodes and of their accelerations: those of the steps of order 2 on both
+    /// sides, at the first and at the last node those of the acceleration level.
+    pub fn add_acceleration(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
+        self.accelerations.0.push((weight, counted, term));
+    }
+
+    /// Terms of multipliers.
+    #[must_use]
+    pub fn forces(&self) -> &StepTerms {
+        &self.forces
+    }
+
+    /// Terms of accelerations.
+    #[must_use]
+    pub fn accelerations(&self) -> &StepTerms {
+        &self.accelerations
     }
 
     /// Whether there is none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.terms.is_empty() && self.along.is_empty() && self.forces.is_empty()
+        self.terms.is_empty() && self.along.is_empty() && !self.counts_steps()
     }
 
     /// Whether nodes cost, beside the last one.
     #[must_use]
     pub fn counts_nodes(&self) -> bool {
-        !self.along.is_empty() || self.counts_forces()
+        !self.along.is_empty() || self.counts_steps()
+    }
+
+    /// Whether multipliers or accelerations of steps cost.
+    #[must_use]
+    pub fn counts_steps(&self) -> bool {
+        self.counts_forces() || !self.accelerations.is_empty()
     }
 
     /// Whether multipliers of steps cost.
@@ -389,49 +476,12 @@ impl Objective {
         !self.forces.is_empty()
     }
 
-    /// The terms that count at a node: weight, that of the trapezoidal rule, term.
-    fn forces_at(&self, at: Place) -> impl Iterator<Item = ([f64; 2], &dyn ForceTerm)> {
-        let path = Place { is_last: false, ..at };
-        let all = self.forces.iter().map(move |(weight, counted, term)| {
-            ([at, path].map(|at| weight * counted.weight(at)), &**term)
-        });
-        all.filter(|(weights, _)| weights[0] != 0.0)
-    }
-
-    /// What a node costs with the multipliers of the step from there; those of the acceleration
-    /// level where `lambda` is empty, as at the first node.
-    #[must_use]
-    pub fn of_forces(&self, node: (&State, &[f64]), at: Place) -> f64 {
-        let one = |([weight, _], term): ([f64; 2], &dyn ForceTerm)| match node.1 {
-            [] => weight * term.of_end(node.0),
-            lambda => weight * term.of_node(node.0, lambda),
-        };
-        self.forces_at(at).map(one).sum()
-    }
-
-    /// Adds its derivatives as [`ForceTerm::add_of_node`] does; returns what it costs, and how much
-    /// of that counts along the path.
-    pub fn add_of_forces(
-        &self,
-        node: (&State, &[f64]),
-        at: Place,
-        [q, p, of_lambda]: [&mut [f64]; 3],
-        parameters: &mut [f64],
-    ) -> [f64; 2] {
-        let mut sums = [0.0; 2];
-        for (weights, term) in self.forces_at(at) {
-            let slopes = [&mut *q, &mut *p, &mut *of_lambda];
-            let cost = term.add_of_node(node, weights[0], slopes, parameters);
-            sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
-        }
-        sums
-    }
-
     /// Takes note of a node of a run, one after the other, before it counts.
     pub fn follow(&self, node: &State, seen: Seen) {
         let all = self.terms.iter().chain(&self.along);
         all.for_each(|(_, term)| term.follow(node.configuration(), seen));
-        self.forces.iter().for_each(|(.., term)| term.follow(node.configuration(), seen));
+        let steps = self.forces.0.iter().chain(&self.accelerations.0);
+        steps.for_each(|(.., term)| term.follow(node.configuration(), seen));
     }
 
     /// `φ` of a node.

@@ -4,7 +4,8 @@
 //! δq_n, δp̄_n, δz_n of each direction by [2.37],   dJ along it: Σ (∂ℓ_n) + ∂Φ
 //! ```
 //! Multipliers of a node, `hλ`, and their changes are those of the step from there: it is taken,
-//! and the run goes back ([`Sensitivities::find_forces`]). The price is one linear solve for each
+//! and the run goes back ([`Sensitivities::find_forces`]). Accelerations are those of the steps on
+//! both sides, `δa_n = (δq_{n+1} − 2 δq_n + δq_{n−1})/h²`. The price is one linear solve for each
 //! step and direction: less than backward where numbers that are wanted outnumber the directions,
 //! as residuals of measurements.
 //!
@@ -13,9 +14,10 @@
 //! moves the end by more than it can move: beyond [`MEANINGLESS`] a derivative says nothing of the
 //! mechanism.
 
+use crate::backward::acceleration;
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, step_sources};
-use crate::objective::{Objective, Place, Seen, StepGradient};
+use crate::objective::{Known, Objective, Place, Seen, StepGradient, StepTerms};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
@@ -76,7 +78,37 @@ pub struct Sensitivities {
     length: f64, // of a macro step, s
     p: Vec<f64>, // n  p̄ of a sub-step
     forces: NodeForces,
-    find: bool, // whether they are to be found
+    find: bool,        // whether they are to be found
+    before: Increment, // of the step that ended at the present node
+    keeps: bool,       // whether that is wanted
+}
+
+/// The increments of a step with their changes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Increment {
+    /// `Δq`, shape `n`.
+    pub dq: Vec<f64>,
+    /// `δΔq` along each direction, shape `n`.
+    pub changes: Vec<Vec<f64>>,
+}
+
+impl Increment {
+    /// The acceleration of the node between two steps of the length `h`, s, with its changes.
+    #[must_use]
+    pub fn acceleration(&self, next: &Self, h: f64) -> Self {
+        let dq = acceleration([&self.dq, &next.dq], h);
+        let pairs = self.changes.iter().zip(&next.changes);
+        let changes = pairs.map(|(before, after)| acceleration([before, after], h)).collect();
+        Self { dq, changes }
+    }
+
+    /// From tangents at the start of a step to those at its end.
+    fn between(dq: Vec<f64>, from: &[Tangent], to: &[Tangent]) -> Self {
+        let change = |(from, to): (&Tangent, &Tangent)| {
+            to.q.iter().zip(&from.q).map(|(to, from)| to - from).collect()
+        };
+        Self { dq, changes: from.iter().zip(to).map(change).collect() }
+    }
 }
 
 /// The multipliers of a node, those of the step from there.
@@ -86,6 +118,8 @@ pub struct NodeForces {
     pub lambda: Vec<f64>,
     /// `δλ` along each direction, shape `m`.
     pub changes: Vec<Vec<f64>>,
+    /// Of that step.
+    pub next: Increment,
 }
 
 /// What acts and what counts in a run.
@@ -140,6 +174,8 @@ impl Sensitivities {
             p: state.p.clone(),
             forces: NodeForces::default(),
             find: false,
+            before: Increment::default(),
+            keeps: false,
         })
     }
 
@@ -171,11 +207,13 @@ impl Sensitivities {
         beside.controls.set(step);
         self.p.clone_from(&node.p);
         self.find = true;
-        let mut found = Ok(());
+        let (mut found, mut dq) = (Ok(()), Vec::new());
         let taken = run.step_with(&mut |system, constraints, taken| {
+            dq.clone_from(&taken.s.dq);
             found = self.push(system, constraints, taken, beside);
         });
         self.find = false;
+        self.forces.next = Increment::between(dq, &kept.0, &self.tangents);
         (self.tangents, self.rates, self.of_parameters) = kept;
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         run.place_at(&node);
@@ -203,7 +241,20 @@ impl Sensitivities {
         found.map_err(|error| GradientError::of_linearization(self.step, error))
     }
 
-    /// Adds what the present node costs by its multipliers; nothing where none cost.
+    /// Keeps the increments of the last step from now on, for accelerations of runs with steps of
+    /// order 2.
+    pub fn keep_increments(&mut self) {
+        self.keeps = true;
+    }
+
+    /// Those of the last step; empty before the first one and where they are not kept.
+    #[must_use]
+    pub fn before(&self) -> &Increment {
+        &self.before
+    }
+
+    /// Adds what the present node costs by its multipliers and, at the ends of a run, by its
+    /// acceleration; nothing where none cost.
     ///
     /// # Errors
     /// [`GradientError`].
@@ -218,38 +269,77 @@ impl Sensitivities {
         C: Constraints + 'static,
     {
         let objective = beside.objective;
-        if !objective.counts_forces() {
+        if !objective.counts_steps() {
             return Ok(());
         }
         let is_first = self.step == 0;
         beside.controls.set(self.step);
-        if !is_first {
-            self.find_forces(run, beside)?;
+        let weight = if is_first || is_last { 0.5 * self.length } else { self.length };
+        let at = Place { weight, is_last };
+        if is_first {
+            self.add_level(run.state(), beside, (objective.forces(), at));
         }
-        let ends = is_first || is_last;
-        let weight = if ends { 0.5 * self.length } else { self.length };
-        let (node, at) = (run.state(), Place { weight, is_last });
-        let NodeForces { lambda, changes } = &self.forces;
-        let lambda = if is_first { &[][..] } else { lambda };
+        if is_first || is_last {
+            self.add_level(run.state(), beside, (objective.accelerations(), at));
+        }
+        if is_first || !objective.counts_forces() {
+            return Ok(());
+        }
+        self.find_forces(run, beside)?;
+        let node = run.state();
+        let NodeForces { lambda, changes, .. } = &self.forces;
         let [mut q, mut p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
-        let mut of_lambda = vec![0.0; if is_first { node.q.len() } else { lambda.len() }];
-        let slopes = [&mut q[..], &mut p, &mut of_lambda];
+        let mut of_lambda = vec![0.0; lambda.len()];
+        let (slopes, known) = ([&mut q[..], &mut p, &mut of_lambda], Known::Multipliers(lambda));
         let parameters = &mut self.of_parameters;
-        let [_, along] = objective.add_of_forces((node, lambda), at, slopes, parameters);
+        let [_, along] = objective.forces().add_of((node, known), at, slopes, parameters);
         for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += dot(&q, &own.q) + dot(&p, &own.p);
-            *rate += match (is_first, self.directions[k].controls.first()) {
-                (false, _) => dot(&of_lambda, &changes[k]),
-                (true, None) => 0.0,
-                (true, Some(own)) => {
-                    dot(&beside.controls.of_force(node.configuration(), &of_lambda), own)
-                }
-            };
+            *rate += dot(&q, &own.q) + dot(&p, &own.p) + dot(&of_lambda, &changes[k]);
             if self.directions[k].step {
                 *rate += along / self.length;
             }
         }
-        if is_first { Ok(()) } else { self.check_forces(run, &of_lambda) }
+        self.check_forces(run, &of_lambda)
+    }
+
+    /// What a node costs by the acceleration level.
+    fn add_level(&mut self, node: &State, beside: Beside<'_>, (terms, at): (&StepTerms, Place)) {
+        let [mut q, mut p, mut by_force] = [(); 3].map(|()| vec![0.0; node.q.len()]);
+        let slopes = [&mut q[..], &mut p, &mut by_force];
+        let parameters = &mut self.of_parameters;
+        let [_, along] = terms.add_of((node, Known::State), at, slopes, parameters);
+        let by_control = beside.controls.of_force(node.configuration(), &by_force);
+        let place = beside.controls.place(self.step);
+        for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
+            *rate += dot(&q, &own.q) + dot(&p, &own.p);
+            let acting = place.and_then(|place| self.directions[k].controls.get(place));
+            *rate += acting.map_or(0.0, |own| dot(&by_control, own));
+            if self.directions[k].step {
+                *rate += along / self.length;
+            }
+        }
+    }
+
+    /// What the node where the last step began costs by its acceleration, that of the steps on both
+    /// sides.
+    fn add_acceleration(
+        &mut self,
+        (node, tangents): (&State, &[Tangent]),
+        objective: &Objective,
+        next: &Increment,
+    ) {
+        let a = self.before.acceleration(next, self.length);
+        let at = Place { weight: self.length, is_last: false };
+        let [mut q, mut p, mut by_a] = [(); 3].map(|()| vec![0.0; node.q.len()]);
+        let (slopes, known) = ([&mut q[..], &mut p, &mut by_a], Known::Acceleration(&a.dq));
+        let parameters = &mut self.of_parameters;
+        let [_, along] = objective.accelerations().add_of((node, known), at, slopes, parameters);
+        for (k, (rate, own)) in self.rates.iter_mut().zip(tangents).enumerate() {
+            *rate += dot(&q, &own.q) + dot(&p, &own.p) + dot(&by_a, &a.changes[k]);
+            if self.directions[k].step {
+                *rate += (along - 2.0 * dot(&by_a, &a.dq)) / self.length;
+            }
+        }
     }
 
     /// One macro step of the run and of all tangents.
@@ -273,14 +363,28 @@ impl Sensitivities {
         self.add_forces(run, beside, false)?;
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
-        let (mut pushed, any) = (Ok(()), !self.directions.is_empty());
+        let counts = !beside.objective.accelerations().is_empty();
+        let follows = (counts || self.keeps) && !run.reads_states();
+        let kept = if follows { self.tangents.clone() } else { Vec::new() };
+        let node = (counts && step > 0).then(|| run.state().clone());
+        let (mut pushed, any, mut dq) = (Ok(()), !self.directions.is_empty(), Vec::new());
         let taken = run.step_with(&mut |system, constraints, taken| {
+            if follows {
+                dq.clone_from(&taken.s.dq);
+            }
             if any && pushed.is_ok() {
                 pushed = self.push(system, constraints, taken, beside);
             }
         });
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         pushed?;
+        if follows {
+            let next = Increment::between(dq, &kept, &self.tangents);
+            if let Some(node) = node {
+                self.add_acceleration((&node, &kept), beside.objective, &next);
+            }
+            self.before = next;
+        }
         self.step += 1;
         beside.objective.follow(run.state(), Seen::Next);
         let t = run.state().t;
@@ -398,7 +502,7 @@ impl Sensitivities {
     }
 
     /// The rates of the cost along the directions, where the run ends at this state; where
-    /// multipliers cost, after [`Sensitivities::add_forces`] of it.
+    /// multipliers or accelerations cost, after [`Sensitivities::add_forces`] of it.
     #[must_use]
     pub fn rates(&self, objective: &Objective, end: &State) -> Vec<f64> {
         let n = end.q.len();

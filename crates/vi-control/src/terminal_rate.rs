@@ -6,14 +6,15 @@
 //! ```
 //! Multipliers and accelerations are those of the acceleration level
 //! ([`vi_multibody::design::acceleration`]), which follow from the same node; with steps of order 2
-//! multipliers are those of the step from the node, `hλ`, which are unknowns of it
-//! ([`ForceTerm`]).
+//! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and
+//! accelerations those of the steps on both sides ([`StepTerm`]).
 
 use crate::node::{Node, Slopes};
 pub use crate::node::{NodeQuantity, RateOf};
-use crate::objective::{ForceTerm, Seen, Term};
+use crate::objective::{Known, Seen, StepTerm, Term};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
+use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::linear::Singular;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
@@ -80,12 +81,27 @@ impl NodeReader {
         tangents: &[MechanismTangent],
         level: Option<Level>,
     ) -> Result<Self, RateError> {
-        if run.system().adds_mass() {
+        let (rows, state) = (run.rows(), run.state());
+        Self::at(run.constraints(), run.system(), (rows, state), tangents, level)
+    }
+
+    /// The same of a mechanism with its independent rows, at a node.
+    ///
+    /// # Errors
+    /// [`RateError`].
+    pub fn at(
+        mechanism: &Mechanism,
+        system: &SeparableSystem,
+        (rows, state): (&IndependentRows, &State),
+        tangents: &[MechanismTangent],
+        level: Option<Level>,
+    ) -> Result<Self, RateError> {
+        if system.adds_mass() {
             return Err(RateError::AddedMass);
         }
-        let (mechanism, mass) = (run.constraints().clone(), run.system().mass().clone());
-        let mut velocity = NodeVelocity::new(&mechanism, run.rows(), tangents)?;
-        velocity.find(&mechanism, &mass, run.state())?;
+        let (mechanism, mass) = (mechanism.clone(), system.mass().clone());
+        let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
+        velocity.find(&mechanism, &mass, state)?;
         let level = level.map(|level| {
             if level.system.interpolation().is_some() {
                 return Err(RateError::Level("beams"));
@@ -93,11 +109,11 @@ impl NodeReader {
             if level.system.internal_variables() > 0 {
                 return Err(RateError::Level("signals with states, or forces with memory"));
             }
-            let mut own = NodeAcceleration::new(&mechanism, run.rows(), tangents)?;
-            own.find(&mechanism, &*level.system, run.state())?;
+            let mut own = NodeAcceleration::new(&mechanism, rows, tangents)?;
+            own.find(&mechanism, &*level.system, state)?;
             Ok((level, Mutex::new(own)))
         });
-        let (n, m) = (run.state().q.len(), vi_constraints::Constraints::len(&mechanism));
+        let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
         let (velocity, level) = (Mutex::new(velocity), level.transpose()?);
         Ok(Self { mechanism, mass, velocity, level, n, m })
     }
@@ -106,15 +122,20 @@ impl NodeReader {
     fn with<T>(
         &self,
         y: &dyn NodeQuantity,
-        (state, lambda): (&State, &[f64]),
+        (state, known): (&State, Known<'_>),
         then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
         let at = state.configuration();
-        if !(lambda.is_empty() || y.reads_velocity()) {
-            return Some(then(Node { at, v: &[], lambda, a: &[] }));
+        let (lambda, a) = match known {
+            Known::State => (&[][..], &[][..]),
+            Known::Multipliers(lambda) => (lambda, &[][..]),
+            Known::Acceleration(a) => (&[][..], a),
+        };
+        if needs_no_velocity(y, known) {
+            return Some(then(Node { at, v: &[], lambda, a }));
         }
-        match (&self.level, lambda) {
-            (Some((level, own)), []) => {
+        match (&self.level, known) {
+            (Some((level, own)), Known::State) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 own.find(&self.mechanism, &*level.system, state).ok()?;
                 Some(then(Node { at, v: own.v(), lambda: own.lambda(), a: own.a() }))
@@ -122,36 +143,39 @@ impl NodeReader {
             _ => {
                 let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
                 let v = own.find(&self.mechanism, &self.mass, state).ok()?;
-                Some(then(Node { at, v, lambda, a: &[] }))
+                Some(then(Node { at, v, lambda, a }))
             }
         }
     }
 
-    /// The number at a node; with the multipliers `lambda` of the step from there, or, where that
-    /// is empty, those of the acceleration level. Not a number where the node is not determined.
+    /// The number at a node. Not a number where the node is not determined.
     #[must_use]
-    pub fn value(&self, y: &dyn NodeQuantity, state: &State, lambda: &[f64]) -> f64 {
-        self.with(y, (state, lambda), |node| y.value(node)).unwrap_or(f64::NAN)
+    pub fn value(&self, y: &dyn NodeQuantity, state: &State, known: Known<'_>) -> f64 {
+        self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
-    /// Adds the derivatives of a number by `q`, `p̄` and `λ`, that of the step from the node, and
-    /// those by parameters at fixed `q`, `p̄` and `λ`, all times what `weigh` makes of the number.
-    /// Of the acceleration level, where `lambda` is empty, by forces in the place of `λ`, shape `n`
-    /// or empty. Returns the number.
+    /// Adds the derivatives of a number by `q`, by `p̄` and by what is known, and those by
+    /// parameters with these held, all times what `weigh` makes of the number. Where the state
+    /// alone is known, by forces on the coordinates in the place of that, shape `n` or empty.
+    /// Returns the number.
     pub fn add_slopes(
         &self,
         (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
-        (state, lambda): (&State, &[f64]),
-        [q, p, of_lambda]: [&mut [f64]; 3],
+        (state, known): (&State, Known<'_>),
+        [q, p, of_known]: [&mut [f64]; 3],
         parameters: &mut [f64],
     ) -> f64 {
         let at = state.configuration();
         let Self { mechanism, n, m, .. } = self;
         let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
         let mut of_level = vec![0.0; *m];
-        let own = self.with(y, (state, lambda), |node| {
-            let lambda = if lambda.is_empty() { &mut of_level[..] } else { &mut of_lambda[..] };
-            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a: &mut of_a };
+        let own = self.with(y, (state, known), |node| {
+            let (lambda, a) = match known {
+                Known::State => (&mut of_level[..], &mut of_a[..]),
+                Known::Multipliers(_) => (&mut *of_known, &mut of_a[..]),
+                Known::Acceleration(_) => (&mut of_level[..], &mut *of_known),
+            };
+            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a };
             let value = y.value(node);
             let scale = weigh(value);
             y.add_slopes(node, scale, out);
@@ -164,18 +188,18 @@ impl NodeReader {
             q.fill(f64::NAN);
             return f64::NAN;
         };
-        if !(lambda.is_empty() || y.reads_velocity()) {
+        if needs_no_velocity(y, known) {
             return value;
         }
-        match (&self.level, lambda) {
-            (Some((level, own)), []) => {
+        match (&self.level, known) {
+            (Some((level, own)), Known::State) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 let slopes = [&of_v[..], &of_a, &of_level];
                 if own.pull(mechanism, &*level.system, at, slopes, [&mut *q, p]).is_err() {
                     q.fill(f64::NAN);
                     return f64::NAN;
                 }
-                of_lambda.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
+                of_known.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
                 let Some(design) = &level.design else { return value };
                 for (k, out) in parameters.iter_mut().enumerate() {
                     *out += own.pulled_by_parameter(at, &**design, k);
@@ -194,6 +218,11 @@ impl NodeReader {
         }
         value
     }
+}
+
+/// Whether a number is one of multipliers of a step alone.
+fn needs_no_velocity(y: &dyn NodeQuantity, known: Known<'_>) -> bool {
+    matches!(known, Known::Multipliers(_)) && !y.reads_velocity()
 }
 
 /// `½ (y − target)²` of a number of a node.
@@ -234,31 +263,31 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
 
 impl<Q: NodeQuantity> Term for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
-        self.of_node(end, &[])
+        self.of_node(end, Known::State)
     }
     fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
-        self.add_of_node((end, &[]), scale, [q, p, &mut []], &mut []);
+        self.add_of_node((end, Known::State), scale, [q, p, &mut []], &mut []);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         if out.is_empty() {
             return;
         }
         let [mut q, mut p] = [(); 2].map(|()| vec![0.0; self.reader.n]);
-        self.add_of_node((end, &[]), scale, [&mut q, &mut p, &mut []], out);
+        self.add_of_node((end, Known::State), scale, [&mut q, &mut p, &mut []], out);
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.quantity.follow(node, seen);
     }
 }
 
-impl<Q: NodeQuantity> ForceTerm for TerminalRate<Q> {
-    fn of_node(&self, node: &State, lambda: &[f64]) -> f64 {
-        let e = self.reader.value(&self.quantity, node, lambda) - self.target;
+impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
+    fn of_node(&self, node: &State, known: Known<'_>) -> f64 {
+        let e = self.reader.value(&self.quantity, node, known) - self.target;
         0.5 * e * e
     }
     fn add_of_node(
         &self,
-        node: (&State, &[f64]),
+        node: (&State, Known<'_>),
         scale: f64,
         slopes: [&mut [f64]; 3],
         parameters: &mut [f64],

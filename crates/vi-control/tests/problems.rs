@@ -49,9 +49,9 @@ fn what_is_wrong_is_said() {
 }
 
 /// The height of the tip of the two-link arm, m.
-fn height() -> Quantity {
+fn height() -> Row {
     let tip = Form::point(12, &Vector3::new(0.175, 0.0, 0.0));
-    Quantity::Product(Row::product(tip, Form::constant(Vector3::z()), 0.0))
+    Row::product(tip, Form::constant(Vector3::z()), 0.0)
 }
 
 /// A condition of a path is as many rows, and their values are those of the quantity.
@@ -67,7 +67,12 @@ fn a_path_has_a_row_for_each_node() {
         Transcription::new(&case.mechanism, system, case.initial(), own, &guess).unwrap()
     };
     let bounds = [0.1, f64::INFINITY];
-    let above = Condition { name: "tip".into(), quantity: height(), when: When::Path, bounds };
+    let above = Condition {
+        name: "tip".into(),
+        quantity: Quantity::of(height()),
+        when: When::Path,
+        bounds,
+    };
     let (plain, mut kept) = (program(Vec::new()), program(vec![above]));
     assert_eq!(kept.rows(), plain.rows() + 5);
     let x = kept.start().x;
@@ -78,7 +83,7 @@ fn a_path_has_a_row_for_each_node() {
     let mut node = 0;
     for row in (0..kept.rows()).filter(|row| kept.row_name(*row).starts_with("`tip`")) {
         node += 1;
-        let Quantity::Product(product) = height() else { unreachable!() };
+        let product = height();
         assert_eq!(values[row].to_bits(), product.value(&nodes[node]).to_bits());
         assert_eq!(kept.bounds().rows[row].map(f64::to_bits), bounds.map(f64::to_bits));
     }
@@ -99,7 +104,7 @@ fn a_bounded_path_is_touched() {
         let (mut problem, guess) = case.problem(40);
         let bounds = [least.unwrap_or(f64::NEG_INFINITY), f64::INFINITY];
         if least.is_some() {
-            let (name, quantity) = ("tip".to_owned(), height());
+            let (name, quantity) = ("tip".to_owned(), Quantity::of(height()));
             problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
         }
         let system = Arc::new(case.system());
@@ -112,7 +117,7 @@ fn a_bounded_path_is_touched() {
         let kkt = Kkt::judge(&mut *shared.borrow_mut(), &solved.x, &solved.multipliers).unwrap();
         assert!(kkt.is_met(&Tolerances::default()), "{kkt:?}");
         let motion = program.borrow().motion(&solved.x).unwrap();
-        let Quantity::Product(product) = height() else { unreachable!() };
+        let product = height();
         let heights = motion.nodes[1..].iter().map(|q| product.value(q));
         (heights.fold(f64::INFINITY, f64::min), motion.costs.iter().sum::<f64>())
     };

@@ -3,12 +3,16 @@
 use crate::control_case::{Case, with_springs};
 use nalgebra::DMatrix;
 use vi_control::Transcription;
+use vi_control::node::RateOf;
+use vi_control::objective::PointComponent;
 use vi_control::program::Program;
 use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
-    Acts, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
+    Acts, Condition, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
 };
 use vi_multibody::form::{Form, Row};
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_multibody::law::Input;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
@@ -131,8 +135,8 @@ fn of_every_term() {
                 (1.3, CostKind::Work(all.clone())),
                 (0.4, CostKind::Rate(all.clone())),
                 (0.2, CostKind::Time),
-                (0.9, deviation(Quantity::Product(distance.clone()), When::Path)),
-                (0.8, deviation(Quantity::Product(distance), When::Node(2))),
+                (0.9, deviation(Quantity::of(distance.clone()), When::Path)),
+                (0.8, deviation(Quantity::of(distance), When::Node(2))),
                 (1.1, deviation(coordinate.clone(), When::Path)),
                 (1.2, deviation(coordinate, When::End)),
             ] {
@@ -155,6 +159,54 @@ fn beside_springs() {
     for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
         check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
         check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
+    }
+}
+
+/// Numbers of nodes with their velocities as conditions and costs, beside efforts and a wrench:
+/// rates of points and joints and angular velocities, of trees, closed loops and free bodies, also
+/// with a free time.
+#[test]
+fn of_numbers_with_velocities() {
+    let vector = nalgebra::Vector3::new;
+    for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
+        for free in [false, true] {
+            let case = Case::read(name);
+            let (mut problem, _) = case.problem(4);
+            if free {
+                problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
+            }
+            problem.controls[0].hold = 2;
+            let force = vector(0.7, -0.4, 1.1);
+            let load = Load::new(0, LoadKind::Dead, force, force, TimeHistory::default()).unwrap();
+            problem.controls.push(Control {
+                name: "thrust".to_owned(),
+                acts: Acts::Wrench(load.at(vector(0.2, -0.1, 0.3)).unwrap()),
+                bounds: [f64::NEG_INFINITY, f64::INFINITY],
+                hold: 1,
+            });
+            let joint = case.mechanism.description().joints.last().unwrap();
+            let point = Form::point(0, &vector(0.3, 0.1, -0.2));
+            let coordinate = JointCoordinate::principal(joint, 0).unwrap();
+            let numbers = [
+                Quantity::of_node(RateOf(PointComponent { point, axis: 0 })),
+                Quantity::of_node(RateOf(coordinate.clone())),
+                Quantity::of_node(Input::Spin(0, 1)),
+            ];
+            for (k, quantity) in numbers.into_iter().enumerate() {
+                for (when, target) in [(When::End, 0.3), (When::Path, -0.2), (When::Node(1), 0.1)] {
+                    let quantity = quantity.clone();
+                    let kind = CostKind::Deviation { quantity, target, when };
+                    problem.costs.push(Cost { weight: 0.7, kind });
+                }
+                let (name, bounds) = (format!("rate {k}"), [-1.0, 1.0]);
+                problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
+            }
+            let guess = Guess::line(4, &vec![0.2; case.mechanism.tree().dof()]);
+            let system = std::sync::Arc::new(case.system());
+            let (mechanism, at) = (&case.mechanism, case.initial());
+            let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
+            check(name, program, 1e-5);
+        }
     }
 }
 

@@ -115,6 +115,22 @@ joint = "shoulder"
 hold = 10
 "#;
 
+/// A load that turns with a body and one that keeps its direction, beside [`FORCES`].
+pub(super) const LOADS: &str = r#"
+[[load]]
+name = "push"
+body = "box"
+force = ["= c", 0.4, 0.3]
+torque = [0.1, "= 0.1*k", 0.0]
+point = [0.1, "= 0.1*length", 0.0]
+frame = "body"
+history = "cos(k*t)"
+[[load]]
+name = "weighs"
+body = "lower"
+force = [0.0, 0.2, "= -c"]
+"#;
+
 /// A bushing and laws that read joints and other bodies: none of these may change.
 pub(super) const READING: &str = r#"
 [[bushing]]
@@ -160,7 +176,7 @@ pub(super) fn without_objectives(text: &str) -> String {
 }
 
 /// Sensors of efforts and powers: type and of what, and their numbers.
-pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
+pub(super) const EFFORTS: [(&str, &str, &[&str]); 19] = [
     ("effort", "shoulder", &["spring", "damper", "bumper", "friction", "motor"]),
     ("effort", "slide", &["spring", "damper"]),
     ("effort", "tie", &[""]),
@@ -173,6 +189,13 @@ pub(super) const EFFORTS: [(&str, &str, &[&str]); 12] = [
     ("effort", "lifts", &["fx", "fy"]),
     ("power", "shoulder", &["spring", "bumper", "friction", "motor"]),
     ("power", "tie", &[""]),
+    ("power", "mount", &[""]),
+    ("power", "soft", &[""]),
+    ("power", "along", &[""]),
+    ("power", "pulls", &[""]),
+    ("power", "blows", &[""]),
+    ("power", "follows", &[""]),
+    ("power", "lifts", &[""]),
 ];
 
 /// Sensors of orientations: of what, and seen from where.
@@ -250,6 +273,57 @@ name = "drives"
 type = "motion"
 joint = "rail"
 path = "0.1*k*t^2"
+"#;
+
+/// A nut on a thread with a spring, and an arm on it that a spring between points pulls.
+pub(super) const THREADED: &str = r#"
+[model]
+name = "threaded"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+[parameters]
+g = 9.81
+k = 6.0
+mass = 1.6
+[[body]]
+name = "nut"
+position = [0.1, 0.0, 0.0]
+mass = 0.8
+inertia = [0.02, 0.03, 0.015]
+[[body]]
+name = "arm"
+position = [0.5, 0.0, 0.2]
+mass = "= mass"
+inertia = [0.01, 0.02, 0.015]
+[[joint]]
+name = "thread"
+type = "screw"
+pitch = 0.05
+parent = "ground"
+child = "nut"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 0.0, 1.0]
+rate = 2.0
+spring = { stiffness = "= k", rest = 0.4 }
+damper = { damping = 0.2 }
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "nut"
+child = "arm"
+position = [0.2, 0.0, 0.0]
+axis = [0.0, 1.0, 0.3]
+[[spring]]
+name = "tie"
+from = "ground"
+to = "arm"
+point_from = [0.0, 0.4, 1.0]
+point_to = [0.2, 0.0, 0.1]
+stiffness = "= 4*k"
+natural_length = 0.5
+damping = 0.7
 "#;
 
 /// Sensors of reactions and efforts of constraints: type, of what, choices, numbers.

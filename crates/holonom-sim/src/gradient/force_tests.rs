@@ -2,8 +2,8 @@
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
 use super::force_models::{
-    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, ORIENTATIONS, REACTIONS, conservative, far, held,
-    without_controls, without_objectives,
+    ACCELERATIONS, DRIVEN, EFFORTS, FORCES, HELD, LOADS, ORIENTATIONS, REACTIONS, THREADED,
+    conservative, far, held, without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
@@ -170,6 +170,11 @@ fn compare_efforts(at: &str) {
             worst.compare(&format!("{kind} of {of}.{part}"), &text, &Wanted::everything());
         }
     }
+    for of in ["push", "weighs"] {
+        let sensor = format!("type = \"power\"\nof = \"{of}\"\n");
+        let text = sensing(&format!("{FORCES}{LOADS}"), &sensor, "", at);
+        worst.compare(&format!("power of {of}"), &text, &Wanted::everything());
+    }
     let linkage = without_objectives(LINKAGE);
     for (text, of, part) in
         [(&linkage, "pin", "damper"), (&linkage, "pivot", "spring"), (&far(), "far", "")]
@@ -218,8 +223,6 @@ fn orientations_agree_with_differences() {
 fn sensors_without_derivatives_are_refused_with_a_remedy() {
     let held = held();
     for (kind, of, part, remedy) in [
-        ("power", "along", "", "in a sensor of type \"expression\""),
-        ("power", "mount", "", "in a sensor of type \"expression\""),
         ("work", "tie", "", "the power along the path"),
         ("effort", "shoulder", "", "seen.spring, seen.damper, seen.bumper"),
         ("effort", "shoulder", "brake", "seen.spring, seen.damper, seen.bumper"),
@@ -290,6 +293,22 @@ fn reactions_of_a_loop_agree_with_differences() {
     compare_all(&linkage, &joints, PATH);
 }
 
+/// Of a tree of bodies alone, beside forces between them: on a thread, along whose coordinate a
+/// change of the joint has a part, and on a hinge.
+#[test]
+fn reactions_beside_forces_agree_with_differences() {
+    let all = [
+        ("reaction", "thread", "", &["fx", "fz", "mx", "mz"][..]),
+        ("reaction", "hinge", "frame = \"space\"\n", &["fx", "fz", "mx"]),
+    ];
+    compare_all(THREADED, &all, "");
+    let hinged = THREADED.replace("type = \"screw\"\npitch = 0.05", "type = \"cylindrical\"");
+    let hinged = hinged.replace("spring = { ", "spring = { freedom = 1, ");
+    let hinged = hinged.replace("damper = { ", "damper = { freedom = 1, ");
+    let hinged = hinged.replace("rate = 2.0", "rate = [0.1, 2.0]");
+    compare_all(&hinged, &[("reaction", "hinge", "", &["fy", "mx"][..])], PATH);
+}
+
 /// By sub-steps and by Galerkin steps all is of the acceleration level.
 #[test]
 fn forces_of_higher_order_agree_with_differences() {
@@ -307,15 +326,44 @@ fn forces_of_higher_order_agree_with_differences() {
     }
 }
 
+/// Of a closed loop.
+const LOOP_ACCELERATIONS: [(&str, &str, &str, &[&str]); 3] = [
+    ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"]),
+    ("joint_acceleration", "pin", "", &[""]),
+    ("joint_acceleration", "cut", "", &[""]),
+];
+
+/// Also beside controls: the values of the last step act there.
 #[test]
 fn accelerations_at_the_end_agree_with_differences() {
-    compare_all(&without_controls(FORCES), &ACCELERATIONS, "");
-    let coupler = [
-        ("acceleration", "coupler", "point = [0.1, 0.0, 0.2]\n", &["x", "z"][..]),
-        ("joint_acceleration", "pin", "", &[""]),
-        ("joint_acceleration", "cut", "", &[""]),
-    ];
-    compare_all(&without_controls(&without_objectives(LINKAGE)), &coupler, "");
+    compare_all(FORCES, &ACCELERATIONS, "");
+    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, "");
+}
+
+/// Of a hinge whose axis changes with a parameter.
+#[test]
+fn accelerations_about_an_axis_that_changes_agree_with_differences() {
+    let text = FORCES.replace("axis = [0.0, 1.0, 0.2]", "axis = [0.0, 1.0, \"= 0.25*length\"]");
+    assert_ne!(text, FORCES);
+    let own = [("joint_acceleration", "shoulder", "", &[""][..])];
+    compare_all(&text, &own, "");
+    compare_all(&text, &own, PATH);
+}
+
+/// Along the path: those of the steps on both sides of a node, at the ends of the run those of the
+/// acceleration level.
+#[test]
+fn accelerations_along_the_path_agree_with_differences() {
+    compare_all(FORCES, &ACCELERATIONS, PATH);
+    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, PATH);
+    // in one expression with rates and efforts
+    let more = "[[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"lower\"\npoint = [0.1, 0.0, 0.1]\n\
+                [[sensor]]\nname = \"slides\"\ntype = \"joint_acceleration\"\nof = \"slide\"\n\
+                [[sensor]]\nname = \"works\"\ntype = \"effort\"\nof = \"tie\"\n";
+    let sensor =
+        "type = \"expression\"\nvalue = \"felt.ax*felt.gy + k*slides*works + c*slide.rate\"\n";
+    let text = sensing(&format!("{FORCES}{more}"), sensor, "", PATH);
+    Worst::default().compare("expression", &text, &Wanted::everything());
 }
 
 /// Expressions of forces, rates, efforts and orientations together.
@@ -352,6 +400,7 @@ fn forces_by_the_time_step_agree_with_differences() {
         (&HELD.to_owned(), other, "fx", ""),
         (&HELD.to_owned(), tether, "effort", ""),
         (&HELD.to_owned(), tether, "effort", galerkin),
+        (&linkage, "type = \"joint_acceleration\"\nof = \"pin\"\n", "", ""),
     ] {
         for at in ["", PATH] {
             let text = sensing(&by(text, steps), sensor, part, at);
@@ -402,8 +451,14 @@ fn forces_by_the_time_step_agree_with_differences() {
 /// of a run is printed.
 #[test]
 fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
-    let sensor = "type = \"reaction\"\nof = \"cut\"\n";
-    let text = sensing(&without_objectives(LINKAGE), sensor, "fx", PATH);
+    let cut = "type = \"reaction\"\nof = \"cut\"\n";
+    let pin = "type = \"joint_acceleration\"\nof = \"pin\"\n";
+    for (sensor, part) in [(cut, "fx"), (pin, "")] {
+        same_bits_with_checkpoints(&sensing(&without_objectives(LINKAGE), sensor, part, PATH));
+    }
+}
+
+fn same_bits_with_checkpoints(text: &str) {
     let source = ModelText::from_text(Path::new("model.toml"), text);
     let model = source.model(&[]).unwrap();
     let mut all = Vec::new();

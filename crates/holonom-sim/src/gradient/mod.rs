@@ -6,13 +6,11 @@
 //! ```
 //! The efforts of the controls are zero. [`Check`] compares with central differences of whole runs.
 
-mod acting;
 #[cfg(test)]
 mod beam_models;
 #[cfg(test)]
 mod beam_tests;
 mod check;
-mod expressed;
 #[cfg(test)]
 mod expression_tests;
 #[cfg(test)]
@@ -22,10 +20,7 @@ mod force_tests;
 #[cfg(test)]
 mod galerkin_tests;
 mod objective;
-mod of_forces;
-mod orientation;
 pub(crate) mod prepared;
-pub(crate) mod quantity;
 #[cfg(test)]
 pub(crate) mod start_tests;
 #[cfg(test)]
@@ -37,6 +32,7 @@ pub use prepared::GradientFailure;
 
 use crate::design::start::GivenJoint;
 use crate::design::{self, LEAVE_OUT, ModelTangent, refused};
+use crate::shown::depends_on;
 use crate::start::independent::TreeCoordinate;
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
@@ -109,7 +105,7 @@ impl Wanted {
             ["objective", name, ..] => chosen(name),
             ["sensor", name, ..] => model.objectives.iter().any(|own| {
                 let sensor = own.sensor.as_deref().and_then(|text| text.split('.').next());
-                let read = |sensor: &str| expressed::depends_on(model, sensor, name);
+                let read = |sensor: &str| depends_on(model, sensor, name);
                 chosen(&own.name) && sensor.is_some_and(read)
             }),
             _ => true,

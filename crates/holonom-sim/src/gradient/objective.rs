@@ -1,16 +1,13 @@
 //! The objectives of a model as terms of a cost.
 
-use super::expressed::Shown;
-use super::of_forces;
-use super::quantity::named;
 use crate::design::{ModelTangent, refused};
+use crate::shown::counted::Counted;
+use crate::shown::{Shown, forces};
 use crate::system::System;
-use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind};
+use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, Sensor};
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
-use vi_control::objective::{
-    Counted, Effort, Objective, Running, StepGradient, Term, Terminal, Time,
-};
+use vi_control::objective::{self, Effort, Objective, Running, StepGradient, Term, Terminal, Time};
 use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
@@ -83,14 +80,11 @@ impl Costs {
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let is_of = |name: &String| own.controls.is_empty() || own.controls.contains(name);
-        let places: Vec<usize> =
-            (0..model.controls.len()).filter(|&k| is_of(&model.controls[k].name)).collect();
-        match own.kind {
-            ObjectiveKind::Effort => self.sum.add(own.weight, Box::new(Effort { of: places })),
-            ObjectiveKind::Time => self.sum.add(own.weight, Box::new(Time)),
-            ObjectiveKind::Rate => self.of_rates.push((own.weight, places)),
-            ObjectiveKind::Work => {
+        match Counted::of(model, own)? {
+            Counted::Effort(places) => self.sum.add(own.weight, Box::new(Effort { of: places })),
+            Counted::Time => self.sum.add(own.weight, Box::new(Time)),
+            Counted::Rate(places) => self.of_rates.push((own.weight, places)),
+            Counted::Work(places) => {
                 let mut coordinates = Vec::new();
                 for k in places {
                     let control = &model.controls[k];
@@ -114,7 +108,9 @@ impl Costs {
                 let moved = tangents.iter().map(moved).collect();
                 self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
             }
-            ObjectiveKind::Sensor => self.add_sensor(model, (system, run), own, tangents)?,
+            Counted::Sensor { key, of } => {
+                self.add_sensor(model, (system, run), own, (&key, of), tangents)?;
+            }
         }
         Ok(())
     }
@@ -124,13 +120,11 @@ impl Costs {
         model: &Model,
         (system, run): (&mut System, &MechanismIntegrator),
         own: &Stated,
+        (key, of): (&str, (&Sensor, Option<&str>)),
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let key = format!("objective.{}.sensor", own.name);
-        let text = own.sensor.as_deref().unwrap_or_default();
-        let of = named(model, &key, text)?;
-        let (quantity, reading) = match Shown::of((model, run.rows()), system, &key, of, tangents)?
-        {
+        let shown = Shown::of((model, run.rows()), system, key, of, tangents)?;
+        let (quantity, reading) = match shown {
             Shown::Node(number) => {
                 return self.add_rate(own, number, (model, system, run), tangents);
             }
@@ -165,11 +159,11 @@ impl Costs {
         let key = format!("objective.{}.sensor", own.name);
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let (reads, of_states) = (quantity.reads(), run.reads_states());
-        of_forces::known(&key, reads, (of_states, own.at == CountedAt::End))?;
-        // multipliers of order 2 are those of steps, but for the first node
-        let of_steps = reads.forces && !of_states;
-        let level = match reads.any() && !(of_steps && own.at == CountedAt::End) {
-            true => Some(of_forces::level(model, system, (&key, of_steps), tangents)?),
+        forces::known(&key, reads, of_states)?;
+        // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
+        let of_steps = reads.any() && !of_states;
+        let level = match reads.any() && !(of_steps && reads.forces && own.at == CountedAt::End) {
+            true => Some(forces::level(model, system, (&key, of_steps), tangents)?),
             false => None,
         };
         let term = TerminalRate::with_level((quantity, own.target), run, &numbers, level);
@@ -178,11 +172,15 @@ impl Costs {
             refused(&key, error.to_string(), help)
         })?;
         let (weight, term) = (own.weight, Box::new(term));
+        let counted = match own.at {
+            CountedAt::End => objective::Counted::AtEnd,
+            CountedAt::Path => objective::Counted::Along,
+        };
         match (own.at, of_steps) {
+            (_, true) if reads.accelerations => self.sum.add_acceleration(weight, counted, term),
+            (_, true) => self.sum.add_force(weight, counted, term),
             (CountedAt::End, false) => self.sum.add(weight, term),
             (CountedAt::Path, false) => self.sum.add_along(weight, term),
-            (CountedAt::End, true) => self.sum.add_force(weight, Counted::AtEnd, term),
-            (CountedAt::Path, true) => self.sum.add_force(weight, Counted::Along, term),
         }
         Ok(())
     }

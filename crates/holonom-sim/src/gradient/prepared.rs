@@ -1,9 +1,9 @@
 //! A run with what derivatives need: its controls, its costs, its start.
 
-use super::expressed::sensors_read;
 use super::objective::Costs;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::{ModelTangent, refused};
+use crate::shown::sensors_read;
 use crate::simulation::Simulation;
 use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};
@@ -16,8 +16,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
-use vi_control::objective::{NodeCost, Objective, Place, Seen};
-use vi_control::sensitivities::{Beside, Sensitivities};
+use vi_control::objective::{Known, NodeCost, Objective, Place, Seen};
+use vi_control::sensitivities::{Beside, Increment, Sensitivities};
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -150,31 +150,60 @@ pub(crate) fn unit_load(system: &System, input: &Input) -> Option<Load> {
     load.clone().with_history(TimeHistory::default()).ok()
 }
 
-/// What multipliers of nodes cost along a run, costs after costs.
-fn add_forces(
-    values: &mut [f64],
-    costs: &[&Costs],
-    (run, controls): (&mut MechanismIntegrator, &Controls),
-    (step, steps, h): (usize, usize, f64),
-) -> Result<(), GradientFailure> {
-    if !costs.iter().any(|own| own.sum.counts_forces()) {
-        return Ok(());
+/// What nodes cost along a run by the steps beside them, costs after costs.
+struct StepCosts {
+    before: Option<Increment>, // of the last step
+    steps: usize,
+    h: f64,
+}
+
+impl StepCosts {
+    /// What a node costs by its multipliers and, at the ends of the run, by its acceleration.
+    fn add_node(
+        &self,
+        values: &mut [f64],
+        costs: &[&Costs],
+        (run, controls): (&mut MechanismIntegrator, &Controls),
+        step: usize,
+    ) -> Result<(), GradientFailure> {
+        let (is_first, is_last) = (step == 0, step == self.steps);
+        let weight = if is_first || is_last { 0.5 * self.h } else { self.h };
+        let at = Place { weight, is_last };
+        if costs.iter().any(|own| own.sum.counts_steps()) {
+            controls.set(step);
+        }
+        let mut lambda = Vec::new();
+        if !is_first && costs.iter().any(|own| own.sum.counts_forces()) {
+            let beside = Sensitivities::new(run, self.h, Vec::new());
+            let mut beside = beside.map_err(GradientFailure::Run)?;
+            beside.begin_at(step);
+            let with = Beside { controls, design: None, objective: &Objective::new() };
+            let found = beside.find_forces(run, with).map_err(GradientFailure::Run)?;
+            lambda.clone_from(&found.lambda);
+        }
+        let state = run.state();
+        for (value, own) in values.iter_mut().zip(costs) {
+            let known = if is_first { Known::State } else { Known::Multipliers(&lambda) };
+            *value += own.sum.forces().of((state, known), at);
+            if is_first || is_last {
+                *value += own.sum.accelerations().of((state, Known::State), at);
+            }
+        }
+        Ok(())
     }
-    controls.set(step);
-    let mut lambda = Vec::new();
-    if step > 0 {
-        let mut beside = Sensitivities::new(run, h, Vec::new()).map_err(GradientFailure::Run)?;
-        beside.begin_at(step);
-        let with = Beside { controls, design: None, objective: &Objective::new() };
-        let found = beside.find_forces(run, with).map_err(GradientFailure::Run)?;
-        lambda.clone_from(&found.lambda);
+
+    /// What the node costs by its acceleration where a step of `dq` began.
+    fn add_step(&mut self, values: &mut [f64], costs: &[&Costs], node: &State, dq: Vec<f64>) {
+        let next = Increment { dq, ..Increment::default() };
+        if let Some(before) = &self.before {
+            let a = before.acceleration(&next, self.h).dq;
+            let at = Place { weight: self.h, is_last: false };
+            for (value, own) in values.iter_mut().zip(costs) {
+                *value += own.sum.accelerations().of((node, Known::Acceleration(&a)), at);
+            }
+        }
+        self.before = Some(next);
     }
-    let is_last = step == steps;
-    let weight = if is_last || step == 0 { 0.5 * h } else { h };
-    for (value, own) in values.iter_mut().zip(costs) {
-        *value += own.sum.of_forces((run.state(), &lambda), Place { weight, is_last });
-    }
-    Ok(())
 }
 
 /// The values of costs along a run of this many steps.
@@ -189,24 +218,33 @@ fn values_along(
     costs.iter().for_each(|own| own.sum.follow(run.state(), Seen::First));
     let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
     let mut nodes: Vec<NodeCost> = begin.collect();
+    let accelerate = costs.iter().any(|own| !own.sum.accelerations().is_empty());
+    let mut beside = StepCosts { before: None, steps, h };
     for step in 0..steps {
-        add_forces(&mut values, costs, (run, controls), (step, steps, h))?;
+        beside.add_node(&mut values, costs, (run, controls), step)?;
         controls.set(step);
         let w = controls.at(step);
+        let (node, mut dq) = (accelerate.then(|| run.state().clone()), Vec::new());
         let mut count = |s: &Interval| {
             for (value, own) in values.iter_mut().zip(costs) {
                 *value += own.sum.of_step(s, w);
+            }
+            if accelerate {
+                dq.clone_from(&s.dq);
             }
         };
         let taken = run.step_with(&mut |_, _, taken| count(taken.s));
         taken
             .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
+        if let Some(node) = node {
+            beside.add_step(&mut values, costs, &node, dq);
+        }
         for ((value, own), nodes) in values.iter_mut().zip(costs).zip(&mut nodes) {
             own.sum.follow(run.state(), Seen::Next);
             *value += nodes.step_to(&own.sum, run.state());
         }
     }
-    add_forces(&mut values, costs, (run, controls), (steps, steps, h))?;
+    beside.add_node(&mut values, costs, (run, controls), steps)?;
     let state = run.state();
     for (value, own) in values.iter_mut().zip(costs) {
         *value += own.sum.of_end(state) + own.rates(controls, h);

@@ -1,11 +1,10 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
-use super::expressed::{Shown, depends_on};
-use super::of_forces;
 use super::prepared::{Begin, Prepared};
-use super::quantity::{Measured, Sensed, named};
 use crate::design::start::GivenJoint;
 use crate::design::{self, refused};
+use crate::shown::configuration::{Measured, Sensed};
+use crate::shown::{Shown, depends_on, forces, named};
 use crate::start::StartValues;
 use crate::system;
 use crate::system::outside::{JointStart, Outside};
@@ -187,7 +186,7 @@ impl ModelTrials<'_> {
             quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
                 Shown::Node(own) => {
-                    of_forces::known(key, own.reads(), (of_states, false))?;
+                    forces::known(key, own.reads(), of_states)?;
                     reads = reads.or(own.reads());
                     Measurable::Node(own)
                 }
@@ -229,15 +228,16 @@ impl ModelTrials<'_> {
             directions.push(Direction { start, parameter, ..Direction::default() });
         }
         let level = match reads.any() {
-            true => Some(of_forces::level(&model, &prepared.system, ("sensor", true), &tangents)?),
+            true => Some(forces::level(&model, &prepared.system, ("sensor", true), &tangents)?),
             false => None,
         };
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();
         let step = model.settings.step;
-        let Prepared { simulation, controls, .. } = prepared;
+        let Prepared { simulation, controls, steps, .. } = prepared;
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial { run, step, controls, design, directions, tangents: numbers, quantities, level })
+        let tangents = numbers;
+        Ok(Trial { run, step, controls, design, directions, tangents, quantities, level, steps })
     }
 }
 

@@ -24,8 +24,8 @@ pub use data::{DataError, MeasuredColumn};
 pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
-use crate::gradient::quantity::reading;
 use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, SensorRead, StatedStart};
+use crate::shown::reading;
 use crate::system::outside::Outside;
 use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent};
 use nalgebra::DMatrix;

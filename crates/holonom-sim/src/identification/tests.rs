@@ -283,6 +283,17 @@ fn with_reactions() -> String {
     format!("{}{sensors}{}", &LINKAGE[..start], &LINKAGE[end..])
 }
 
+/// The linkage where accelerations of a point and of a joint are measured, beside a rate.
+fn with_accelerations() -> String {
+    let sensors = "[[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"coupler\"\npoint = [0.1, 0.0, 0.2]\n\
+                   [[sensor]]\nname = \"bent\"\ntype = \"joint_acceleration\"\nof = \"pin\"\n\
+                   [[measurement]]\nsensor = \"felt.ax\"\nsigma = 0.3\n\
+                   [[measurement]]\nsensor = \"bent\"\nsigma = 0.3\n";
+    let start = LINKAGE.find("[[measurement]]\nsensor = \"angle\"").unwrap();
+    let end = LINKAGE.find("[[measurement]]\nsensor = \"speed\"").unwrap();
+    format!("{}{sensors}{}", &LINKAGE[..start], &LINKAGE[end..])
+}
+
 /// What is added to coordinate and rate of the joint whose start is unknown.
 const RELEASE: [f64; 2] = [0.2, 0.7];
 
@@ -310,9 +321,8 @@ pub(super) fn exact(model: &Model) -> Vec<MeasuredColumn> {
     let place = |sensor: &str| columns.iter().position(|own| own.name() == sensor).unwrap();
     let places: Vec<usize> = model.measurements.iter().map(|own| place(&own.sensor)).collect();
     let mut all = vec![MeasuredColumn::default(); places.len()];
-    for step in 1..=model.settings.steps() {
-        run.step_on().unwrap();
-        let sensors = &run.observe().unwrap().sensors;
+    for (step, sample) in run.samples().enumerate().skip(1) {
+        let sensors = &sample.unwrap().sensors;
         for (column, place) in all.iter_mut().zip(&places) {
             column.times.push(step as f64 * model.settings.step);
             column.values.push(sensors[*place]);
@@ -345,9 +355,9 @@ fn by_galerkin(text: &str) -> String {
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in
-        [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &with_reactions(), &arm, &linkage]
-    {
+    let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
+    let others = others.iter().map(String::as_str);
+    for text in [ARM, LINKAGE, FLYING, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -366,9 +376,9 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 #[test]
 fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    for text in
-        [ARM, LINKAGE, FLYING, &with_gyros(), &with_efforts(), &with_reactions(), &arm, &linkage]
-    {
+    let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
+    let others = others.iter().map(String::as_str);
+    for text in [ARM, LINKAGE, FLYING, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {
@@ -459,7 +469,6 @@ fn what_cannot_be_found_is_refused_by_its_key() {
         ("spin = 0.4\n", "spin = \"= damping\"\n", "`spin`, which is no number"),
         ("rate = \"= spin\"", "rate = 0.4", "`spin`, on which nothing depends"),
         ("spin = {}", "spin = { min = 1.0 }", "the start 0.4 of `spin`"),
-        ("type = \"velocity\"", "type = \"acceleration\"", "accelerations along a path"),
         ("sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
         ("step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
     ];

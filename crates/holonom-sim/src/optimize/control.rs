@@ -60,8 +60,15 @@ impl<'a> ModelSetting<'a> {
         let begin = Begin::new(model, &mut prepared)?;
         let mut system = system::build(model)?;
         let d = system.mechanism.tree().dof();
-        let acting = &prepared.system;
-        let mut reader = Reader { model, system: &mut system, acting, q: &begin.q, t: begin.t };
+        let mut reader = Reader {
+            model,
+            system: &mut system,
+            acting: &prepared.system,
+            rows: begin.rows(),
+            q: &begin.q,
+            t: begin.t,
+            is_free: settings.time.is_some(),
+        };
         let controls = model.controls.iter().map(|own| reader.control(own));
         let controls = controls.collect::<Result<Vec<_>, _>>()?;
         let costs = reader.costs()?;

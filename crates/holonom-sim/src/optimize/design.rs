@@ -13,9 +13,9 @@ use super::found::{
 use super::node::node;
 use crate::design::{number, refused};
 use crate::gradient::TermValue;
-use crate::gradient::quantity::reading;
 use crate::gradient::trial::{From, ModelTrials, SensorRead};
 use crate::random::Random;
+use crate::shown::reading;
 use holonom_model::{
     Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText,
     ObjectiveKind, Optimize, Override,

@@ -15,6 +15,8 @@ mod design;
 mod found;
 mod node;
 mod reader;
+#[cfg(test)]
+mod sensor_tests;
 mod tables;
 #[cfg(test)]
 mod tests;

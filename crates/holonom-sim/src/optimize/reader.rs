@@ -3,21 +3,24 @@
 use super::node::node;
 use crate::design::refused;
 use crate::gradient::prepared::unit_load;
-use crate::gradient::quantity::{Measured, named, no_derivative};
+use crate::shown::counted::Counted;
+use crate::shown::{Shown, named};
 use crate::system::System;
 use crate::system::input::Input;
 use holonom_model::{
-    Condition as Stated, ConditionTime, ControlShape, CountedAt, Model, ModelError, ObjectiveKind,
-    Optimize,
+    Condition as Stated, ConditionTime, ControlShape, CountedAt, Model, ModelError, Optimize,
+    Sensor, SensorKind,
 };
-use nalgebra::Vector3;
+use vi_constraints::saddle_point::IndependentRows;
+use vi_control::identification::Reading;
+use vi_control::node::{NodeQuantity, RateOf, Reads};
 use vi_control::objective::Quantity as _;
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, Quantity, Rest, When,
 };
 use vi_core::Configuration;
 use vi_core::coordinate_force::SignedUnknown;
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::Row;
 
 /// Refuses what the program does not have, by its key.
 pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
@@ -70,8 +73,12 @@ pub(super) struct Reader<'a> {
     pub(super) system: &'a mut System,
     /// The same with the controls.
     pub(super) acting: &'a System,
+    /// The independent constraints.
+    pub(super) rows: &'a IndependentRows,
     pub(super) q: &'a [f64],
     pub(super) t: f64,
+    /// Whether the final time is.
+    pub(super) is_free: bool,
 }
 
 impl Reader<'_> {
@@ -108,50 +115,72 @@ impl Reader<'_> {
         Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold })
     }
 
-    /// A sensor as a quantity, and whether it is half the square of what it shows.
-    fn quantity(&mut self, key: &str, sensor: &str) -> Result<(Quantity, bool), ModelError> {
-        let own = Measured::of(self.model, &mut self.system.mechanism, key, sensor)?;
-        Ok(match &own {
-            Measured::Point(own) => {
-                let along = Form::constant(Vector3::ith(own.axis, 1.0));
-                (Quantity::Product(Row::product(own.point.clone(), along, 0.0)), false)
+    /// A sensor as a quantity; a distance as half its square where that is `squared`, which has
+    /// slopes everywhere.
+    fn quantity(
+        &mut self,
+        key: &str,
+        of: (&Sensor, Option<&str>),
+        squared: bool,
+    ) -> Result<Quantity, ModelError> {
+        let own = match Shown::of((self.model, self.rows), self.system, key, of, &[])? {
+            Shown::Configuration(own, Reading::Rate) => Quantity::of_node(RateOf(own)),
+            Shown::Node(own) => {
+                self.known(key, (of.0, &*own))?;
+                Quantity::of_node(own)
             }
-            Measured::Seen(own) => (Quantity::Product(own.clone()), false),
-            Measured::Distance(between) => (Quantity::Product(Row::distance(between, 0.0)), true),
-            Measured::Orientation(_) => {
-                return Err(no_derivative(key, named(self.model, key, sensor)?.0));
+            Shown::Configuration(own, Reading::Value) => {
+                let unknown = own.joint().and_then(|(joint, freedom)| self.unknown(joint, freedom));
+                match (unknown, own.between_points()) {
+                    (Some(unknown), _) => {
+                        let start = own.value(Configuration::new(self.t, self.q));
+                        Quantity::Joint { unknown, start }
+                    }
+                    (None, Some(between)) if squared => Quantity::of(Row::distance(between, 0.0)),
+                    _ => Quantity::of(own),
+                }
             }
-            Measured::Joint { joint, freedom, .. } => {
-                let start = own.value(Configuration::new(self.t, self.q));
-                let Some(unknown) = self.unknown(*joint, *freedom) else {
-                    let what = format!("`{sensor}`, a coordinate of a joint that closes a loop");
-                    return Err(refused(key, what, "measure another joint, or a position"));
-                };
-                (Quantity::Joint { unknown, start }, false)
+        };
+        Ok(own)
+    }
+
+    /// Refuses a number that is not one of a node and the step to it.
+    fn known(
+        &self,
+        key: &str,
+        (sensor, own): (&Sensor, &dyn NodeQuantity),
+    ) -> Result<(), ModelError> {
+        let of_time = own.reads_time() && self.is_free;
+        let (what, help) = match own.reads() {
+            Reads { accelerations: true, .. } => {
+                ("accelerations, which controls change as well", "take rates, or efforts")
             }
-        })
+            Reads { forces: true, .. } => (
+                "forces of constraints, which are those of the step from a node: the last one has none",
+                "take efforts of controls, springs or laws",
+            ),
+            _ if of_time => (
+                "what may change with the time by itself, beside a free final time",
+                "give the time, or leave `t` and motors out of it",
+            ),
+            _ => return Ok(()),
+        };
+        let what =
+            format!("an optimum of controls by the sensor `{}`: it reads {what}", sensor.name);
+        Err(refused(key, what, help))
     }
 
     /// All objectives.
     pub(super) fn costs(&mut self) -> Result<Vec<Cost>, ModelError> {
         let (model, mut costs) = (self.model, Vec::new());
         for own in &model.objectives {
-            let is_of = |name: &String| own.controls.is_empty() || own.controls.contains(name);
-            let all = 0..model.controls.len();
-            let places = all.filter(|&k| is_of(&model.controls[k].name)).collect();
-            let kind = match own.kind {
-                ObjectiveKind::Effort => CostKind::Effort(places),
-                ObjectiveKind::Work => CostKind::Work(places),
-                ObjectiveKind::Rate => CostKind::Rate(places),
-                ObjectiveKind::Time => CostKind::Time,
-                ObjectiveKind::Sensor => {
-                    let key = format!("objective.{}.sensor", own.name);
-                    let sensor = own.sensor.as_deref().unwrap_or_default();
-                    let (quantity, squared) = self.quantity(&key, sensor)?;
-                    if squared {
-                        let help = "take positions or joint coordinates, or a [[condition]]";
-                        return Err(refused(&key, "the cost of a distance", help));
-                    }
+            let kind = match Counted::of(model, own)? {
+                Counted::Effort(places) => CostKind::Effort(places),
+                Counted::Work(places) => CostKind::Work(places),
+                Counted::Rate(places) => CostKind::Rate(places),
+                Counted::Time => CostKind::Time,
+                Counted::Sensor { key, of } => {
+                    let quantity = self.quantity(&key, of, false)?;
                     let when = match own.at {
                         CountedAt::End => When::End,
                         CountedAt::Path => When::Path,
@@ -168,9 +197,11 @@ impl Reader<'_> {
     pub(super) fn condition(&mut self, own: &Stated) -> Result<Condition, ModelError> {
         let key = format!("condition.{}", own.name);
         let sensor = own.sensor.as_deref().unwrap_or_default();
-        let (quantity, squared) = self.quantity(&format!("{key}.sensor"), sensor)?;
+        let key_of = format!("{key}.sensor");
+        let of = named(self.model, &key_of, sensor)?;
+        let quantity = self.quantity(&key_of, of, true)?;
         let mut bounds = own.bounds();
-        if squared {
+        if of.0.kind == SensorKind::Distance {
             if bounds[1] < 0.0 {
                 return Err(refused(&key, "a negative distance", "write positive bounds"));
             }

@@ -164,6 +164,18 @@ fn reactions_are_what_a_run_shows() {
     }
 }
 
+/// The same of accelerations: a bound on what the bob feels, and on the hinge's.
+#[test]
+fn accelerations_are_what_a_run_shows() {
+    let more = "[[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"bob\"\n\
+                [[sensor]]\nname = \"swings\"\ntype = \"joint_acceleration\"\nof = \"hinge\"\n";
+    for (sensor, bound, wanted) in
+        [("felt.az", "min", -1e3), ("felt.ax", "min", -1e3), ("swings", "equals", 0.1)]
+    {
+        compare_with_run(more, sensor, (bound, wanted));
+    }
+}
+
 #[test]
 fn what_cannot_be_is_said() {
     let condition =

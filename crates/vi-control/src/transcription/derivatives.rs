@@ -19,6 +19,7 @@
 use super::Transcription;
 use super::point::{Along, Point};
 use super::problem::{CostKind, Quantity};
+use crate::objective;
 use nalgebra::DMatrix;
 use vi_core::Slot;
 use vi_core::force::DiscreteForce as _;
@@ -172,17 +173,9 @@ impl Transcription {
             }
         }
         for placed in &self.layout.conditions {
-            let at = self.layout.coordinate(placed.node).unwrap_or(0);
-            match &self.problem.conditions[placed.condition].quantity {
-                Quantity::Joint { unknown, .. } => {
-                    out(placed.row, at + unknown.index, unknown.sign);
-                }
-                Quantity::Product(row) => {
-                    let slope = self.slope_along(point, placed.node, row);
-                    for (j, slope) in slope.into_iter().enumerate() {
-                        out(placed.row, at + j, slope);
-                    }
-                }
+            let quantity = &self.problem.conditions[placed.condition].quantity;
+            for (at, slope) in self.quantity_slope(point, quantity, placed.node) {
+                out(placed.row, at, slope);
             }
         }
     }
@@ -315,33 +308,15 @@ impl Transcription {
                     for (n, factor, by_h) in self.counted(*when, h) {
                         let e = self.quantity(point, quantity, n) - target;
                         by_step += 0.5 * weight * by_h * e * e;
-                        self.add_quantity_slope(point, quantity, n, weight * factor * e, out);
+                        for (at, slope) in self.quantity_slope(point, quantity, n) {
+                            out[at] += weight * factor * e * slope;
+                        }
                     }
                 }
             }
         }
         if let Some(time) = self.layout.time {
             out[time] += by_step / steps as f64;
-        }
-    }
-
-    /// Adds `scale ∂y/∂ξ_n` of a quantity.
-    fn add_quantity_slope(
-        &self,
-        point: &Point,
-        quantity: &Quantity,
-        n: usize,
-        scale: f64,
-        out: &mut [f64],
-    ) {
-        let Some(at) = self.layout.coordinate(n) else { return };
-        match quantity {
-            Quantity::Joint { unknown, .. } => out[at + unknown.index] += scale * unknown.sign,
-            Quantity::Product(row) => {
-                for (j, slope) in self.slope_along(point, n, row).into_iter().enumerate() {
-                    out[at + j] += scale * slope;
-                }
-            }
         }
     }
 
@@ -377,6 +352,7 @@ impl Transcription {
             self.emit_step_hessian(point, n, &multipliers, &bent, &mut lower);
         }
         self.emit_cost_hessian(point, factor, &mut lower);
+        self.emit_curvature(point, (factor, lambda), &mut lower);
     }
 
     fn emit_node_hessian(
@@ -410,9 +386,11 @@ impl Transcription {
         for (k, row) in self.closures.iter().enumerate() {
             products.push((row, lambda[self.layout.closure(n) + k]));
         }
+        let mut numbers: Vec<(&dyn objective::Quantity, f64)> = Vec::new();
         for placed in self.layout.conditions.iter().filter(|placed| placed.node == n) {
-            if let Quantity::Product(row) = &self.problem.conditions[placed.condition].quantity {
-                products.push((row, lambda[placed.row]));
+            let quantity = &self.problem.conditions[placed.condition].quantity;
+            if let Quantity::Configuration(own) = quantity {
+                numbers.push((&**own, lambda[placed.row]));
             }
         }
         let mut square = DMatrix::zeros(d, d);
@@ -423,11 +401,12 @@ impl Transcription {
                 let mut slope = vec![0.0; d];
                 match quantity {
                     Quantity::Joint { unknown, .. } => slope[unknown.index] = unknown.sign,
-                    Quantity::Product(row) => {
-                        slope = self.slope_along(point, n, row);
+                    Quantity::Configuration(own) => {
+                        slope = self.number_along(point, n, &**own);
                         let e = self.quantity(point, quantity, n) - target;
-                        products.push((row, weight * e));
+                        numbers.push((&**own, weight * e));
                     }
+                    Quantity::Node(_) => continue, // of a step
                 }
                 let slope = DMatrix::from_vec(d, 1, slope);
                 square += weight * &slope * slope.transpose();
@@ -438,6 +417,13 @@ impl Transcription {
         }
         if let Some(bend) = add_products(&products, self.n, K) {
             square += K.tr_mul(&bend);
+        }
+        let at = point.configuration(n);
+        for (own, weight) in numbers {
+            own.add_slope(at, weight, v.as_mut_slice());
+            let second =
+                |k: usize, l: usize| own.second(at, K.column(k).as_slice(), K.column(l).as_slice());
+            square += weight * DMatrix::from_fn(d, d, second);
         }
         let mixed = Y_k.tr_mul(&WK);
         square += &mixed + mixed.transpose();
@@ -602,18 +588,33 @@ impl Transcription {
                 }
                 CostKind::Time => {}
                 CostKind::Deviation { quantity, target, when } => {
-                    let Some(time) = time else { continue };
-                    for (n, _, by_h) in self.counted(*when, h) {
-                        let Some(at) = self.layout.coordinate(n) else { continue };
+                    let of_step = matches!(quantity, Quantity::Node(_));
+                    if !(of_step || time.is_some()) {
+                        continue;
+                    }
+                    for (n, part, by_h) in self.counted(*when, h) {
+                        let slopes = self.quantity_slope(point, quantity, n);
+                        if of_step {
+                            emit_square(&slopes, weight * part, out);
+                        }
+                        let Some(time) = time else { continue };
                         let e = self.quantity(point, quantity, n) - target;
-                        let mut slope = vec![0.0; self.layout.variables];
                         let scale = weight * by_h * e * by_time;
-                        self.add_quantity_slope(point, quantity, n, scale, &mut slope);
-                        (0..self.chart.dof()).for_each(|j| out(time, at + j, slope[at + j]));
+                        for &(at, slope) in &slopes {
+                            let both = if at == time { 2.0 } else { 1.0 };
+                            out(time, at, both * scale * slope);
+                        }
                     }
                 }
             }
         }
+    }
+}
+
+/// Emits `weight ∇y ∇yᵀ`.
+fn emit_square(slopes: &[(usize, f64)], weight: f64, out: &mut Sink<'_>) {
+    for (i, &(a, of_a)) in slopes.iter().enumerate() {
+        slopes[..=i].iter().for_each(|&(b, of_b)| out(a, b, weight * of_a * of_b));
     }
 }
 

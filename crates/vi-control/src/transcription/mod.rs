@@ -6,7 +6,7 @@
 //! n = 0      P(q_0)ᵀ [ p(0) + D_1L_d(q_0, q_1) + f_0^- − G_c(q_0)ᵀ hλ_0 ] = 0                         momentum of the start
 //! 0 < n < N  P(q_n)ᵀ [ D_2L_d(q_{n−1}, q_n) + f_{n−1}^+ + D_1L_d(q_n, q_{n+1}) + f_n^- − G_c(q_n)ᵀ hλ_n ] = 0      (28)
 //! n = N      P(q_N)ᵀ [ D_2L_d(q_{N−1}, q_N) + f_{N−1}^+ − G_c(q_N)ᵀ hλ_N ] = 0        rest, where it is asked for, (42)
-//! g_c(q_n) = 0 of closed loops;    bounds of coordinates, products of forms and controls
+//! g_c(q_n) = 0 of closed loops;    bounds of coordinates, numbers of nodes and controls
 //! ```
 //! Joints of the tree hold in every iterate, closed loops at the optimum. A step has `d` unknown
 //! coordinates, `d` equations and the controls. Letters: `ξ` coordinates of a chart about a
@@ -19,6 +19,7 @@ pub mod chart;
 mod derivatives;
 mod guess;
 mod layout;
+mod numbers;
 mod point;
 pub mod problem;
 mod reach;
@@ -29,11 +30,12 @@ use guess::references;
 pub use guess::{Guess, Path};
 use layout::{Counts, Layout, is_bound};
 use nalgebra::DMatrix;
+use numbers::Velocities;
 use point::Point;
 use problem::{FinalTime, Problem, ProblemError, Quantity, Rest};
 use std::sync::Arc;
-use vi_constraints::InitialValues;
 use vi_constraints::null_space::NullSpaceQr;
+use vi_constraints::{Constraints as _, InitialValues};
 use vi_core::sparse::SparseMatrix;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 use vi_multibody::Mechanism;
@@ -48,6 +50,7 @@ const CHART: f64 = 1.2;
 #[derive(Debug)]
 pub struct Transcription {
     chart: Chart,
+    mechanism: Mechanism,
     system: Arc<SeparableSystem>,
     mass: SparseMatrix,
     weight: Vec<f64>, // n  the sum of constant forces
@@ -56,6 +59,8 @@ pub struct Transcription {
     problem: Problem,
     layout: Layout,
     start_time: f64,
+    start_angles: Vec<f64>,
+    velocities: Option<Velocities>,
     start_momentum: Vec<f64>,   // n
     along_starts: Vec<f64>,     // coordinates of efforts along unknowns at the start
     references: Vec<Reference>, // of nodes 0 … N
@@ -129,6 +134,7 @@ impl Transcription {
         let counts = Counts { tree: d, closures: closures.len(), turning: turning.len() };
         let layout = Layout::new(&problem, counts);
         let along_starts = along_starts(&system, at, &problem)?;
+        let velocities = Velocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];
         system.mass().mul_add(1.0, at.v, &mut start_momentum);
         let resting = match &problem.rest {
@@ -143,6 +149,9 @@ impl Transcription {
             n,
             layout,
             start_time: at.t,
+            start_angles: mechanism.principal_angles(at.q),
+            velocities,
+            mechanism: mechanism.clone(),
             start_momentum,
             along_starts,
             references,
@@ -180,6 +189,7 @@ impl Transcription {
 
     fn find_places(&mut self) {
         let Ok(point) = self.point_at(&self.start) else { return };
+        self.follow(&point);
         let (mut jacobian, mut hessian) = (Vec::new(), Vec::new());
         self.emit_jacobian(&point, &mut |row, column, _| jacobian.push((row, column)));
         let lambda = vec![0.0; self.layout.rows];
@@ -210,6 +220,7 @@ impl Transcription {
     /// [`Undefined`].
     pub fn motion(&self, x: &[f64]) -> Result<Motion, Undefined> {
         let point = self.point_at(x)?;
+        self.follow(&point);
         let controls = (0..self.problem.steps)
             .map(|n| {
                 (0..self.problem.controls.len()).map(|k| x[self.layout.control(k, n)]).collect()
@@ -229,6 +240,7 @@ impl Transcription {
     /// [`Undefined`].
     pub fn met(&self, x: &[f64], multipliers: &Multipliers) -> Result<Vec<Met>, Undefined> {
         let point = self.point_at(x)?;
+        self.follow(&point);
         let mut met = Vec::new();
         for (k, condition) in self.problem.conditions.iter().enumerate() {
             let value = |n: usize| self.quantity(&point, &condition.quantity, n);
@@ -316,7 +328,9 @@ impl Transcription {
     }
 
     fn at(&self) -> &Point {
-        self.point.as_ref().expect("the program was moved to a point")
+        let point = self.point.as_ref().expect("the program was moved to a point");
+        self.follow(point);
+        point
     }
 }
 
@@ -470,7 +484,12 @@ impl Program for Transcription {
 
     fn move_to(&mut self, x: &[f64]) -> Result<(), Undefined> {
         self.point = None;
-        self.point = Some(self.point_at(x)?);
+        let point = self.point_at(x)?;
+        self.follow(&point);
+        if !self.exists(&point) {
+            return Err(Undefined);
+        }
+        self.point = Some(point);
         Ok(())
     }
 

@@ -8,9 +8,11 @@
 
 use super::Transcription;
 use super::chart::Placed;
-use super::problem::{Acts, CostKind, Quantity, When};
+use super::problem::{Acts, CostKind, When};
 use crate::program::Undefined;
 use nalgebra::DMatrix;
+use vi_constraints::Constraints as _;
+use vi_core::Configuration;
 use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
 use vi_core::force::DiscreteForce as _;
 use vi_core::interval::Interval;
@@ -57,6 +59,24 @@ pub(super) struct Point {
     pub(super) along: Vec<Vec<Along>>,
     /// The wrenches of controls in each step, with their values.
     pub(super) wrenches: Vec<Vec<Load>>,
+    /// Unwrapped angles of joints at each node, rad.
+    angles: Vec<Vec<f64>>,
+    /// `t` at the start, s.
+    start_time: f64,
+}
+
+impl Point {
+    /// Node `n`.
+    pub(super) fn configuration(&self, n: usize) -> Configuration<'_> {
+        let t = self.start_time + n as f64 * self.h;
+        Configuration { t, q: &self.nodes[n].placed.q, angles: &self.angles[n], internal: &[] }
+    }
+
+    /// `Kᵀ x` at a node.
+    pub(super) fn along_columns(&self, n: usize, x: &[f64]) -> Vec<f64> {
+        let columns = self.nodes[n].columns.column_iter();
+        columns.map(|column| column.iter().zip(x).map(|(k, x)| k * x).sum()).collect()
+    }
 }
 
 impl Transcription {
@@ -93,9 +113,18 @@ impl Transcription {
         let (mut intervals, mut along) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
         let mut wrenches = Vec::with_capacity(steps);
         let mut scratch = vec![0.0; self.n];
+        let mut angles: Vec<Vec<f64>> = Vec::with_capacity(steps + 1);
+        for node in &nodes {
+            // the turns of a step are bounded: those next to the node before
+            let last = angles.last().map_or(&self.start_angles, |last| last);
+            let mut own = last.clone();
+            self.mechanism.unwrap_angles(&node.placed.q, &mut own);
+            angles.push(own);
+        }
         for n in 0..steps {
             let t = self.start_time + n as f64 * h;
-            let s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
+            let mut s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
+            s.angles.clone_from(&angles[n]);
             self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
             let value = |k: usize| x[self.layout.control(k, n)];
             let acting = self.wrenches().map(|(k, load)| load.scaled(value(k)));
@@ -121,7 +150,8 @@ impl Transcription {
                 row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
-        Ok(Point { x: x.to_vec(), h, nodes, intervals, along, wrenches })
+        let (x, start_time) = (x.to_vec(), self.start_time);
+        Ok(Point { x, h, nodes, intervals, along, wrenches, angles, start_time })
     }
 
     /// The closures whose impulses act at node `n`.
@@ -192,16 +222,6 @@ impl Transcription {
             }
         };
         all.map(at).collect()
-    }
-
-    /// A quantity at a node.
-    pub(super) fn quantity(&self, point: &Point, quantity: &Quantity, n: usize) -> f64 {
-        match quantity {
-            Quantity::Joint { unknown, start } => {
-                start + unknown.sign * self.traveled(&point.x, n, unknown.index)
-            }
-            Quantity::Product(row) => row.value(&point.nodes[n].placed.q),
-        }
     }
 
     /// The nodes at which a deviation counts, with its factor there and the derivative of this by

@@ -1,8 +1,11 @@
 //! What a motion is asked for: controls, costs, conditions, the time it takes.
 
+use crate::node::NodeQuantity;
+use crate::objective;
+use crate::terminal_rate::RateError;
+use std::sync::Arc;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_multibody::Mechanism;
-use vi_multibody::form::Row;
 use vi_rigid::load::Load;
 
 /// What the values of a control act by.
@@ -27,8 +30,8 @@ pub struct Control {
     pub hold: usize,
 }
 
-/// A function of the configuration.
-#[derive(Clone, Debug, PartialEq)]
+/// A number of a node.
+#[derive(Clone)]
 pub enum Quantity {
     /// A joint coordinate of the spanning tree: the unknown it is, and its value at the start, with
     /// its revolutions.
@@ -38,12 +41,36 @@ pub enum Quantity {
         /// At the start of the motion, m or rad.
         start: f64,
     },
-    /// A product of linear forms: a component of a point, a direction cosine, half a squared
-    /// distance.
-    Product(Row),
+    /// A number of the configuration.
+    Configuration(Arc<dyn objective::Quantity>),
+    /// A number of a node with its velocity: one of the step that ends there.
+    Node(Arc<dyn NodeQuantity>),
+}
+
+impl std::fmt::Debug for Quantity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Joint { unknown, start } => {
+                let mut shown = f.debug_struct("Joint");
+                shown.field("unknown", unknown).field("start", start).finish()
+            }
+            Self::Configuration(_) => f.write_str("Configuration"),
+            Self::Node(_) => f.write_str("Node"),
+        }
+    }
 }
 
 impl Quantity {
+    /// A number of the configuration.
+    pub fn of(quantity: impl objective::Quantity + 'static) -> Self {
+        Self::Configuration(Arc::new(quantity))
+    }
+
+    /// A number of a node with its velocity.
+    pub fn of_node(quantity: impl NodeQuantity + 'static) -> Self {
+        Self::Node(Arc::new(quantity))
+    }
+
     /// Coordinate `freedom` of a joint of the spanning tree, in a start `q`; `None` where it is no
     /// unknown of the tree. An angle is its principal value there, plus whole `revolutions`.
     #[must_use]
@@ -76,7 +103,7 @@ pub enum When {
 }
 
 /// Bounds on a quantity; equal for an equation.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Condition {
     /// Its name.
     pub name: String,
@@ -100,7 +127,7 @@ pub enum Rest {
 }
 
 /// A term of the cost.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Cost {
     /// Its factor.
     pub weight: f64,
@@ -109,7 +136,7 @@ pub struct Cost {
 }
 
 /// Terms of costs; all have derivatives everywhere.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub enum CostKind {
     /// `½ Σ_n h Σ w²` of these controls.
     Effort(Vec<usize>),
@@ -156,10 +183,16 @@ impl FinalTime {
             Self::Free { guess, .. } => guess,
         }
     }
+
+    /// Whether it is an unknown.
+    #[must_use]
+    pub fn is_free(&self) -> bool {
+        matches!(self, Self::Free { .. })
+    }
 }
 
 /// A problem of optimal control.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Problem {
     /// `N`.
     pub steps: usize,
@@ -248,6 +281,12 @@ pub enum ProblemError {
         /// Of the tree.
         degrees: usize,
     },
+    /// A number that no node of a motion has by itself.
+    #[error("`{0}` reads {1}")]
+    Reads(String, &'static str),
+    /// A number of a node that has no derivative.
+    #[error("{0}")]
+    Rate(#[from] RateError),
     /// It leads where a joint has no coordinates.
     #[error("the guess turns a joint by more than half a turn in a step, at node {0}")]
     GuessTurns(usize),
@@ -296,6 +335,16 @@ impl Problem {
             return Err(ProblemError::NoCost);
         }
         self.costs.iter().try_for_each(|cost| self.check_cost(cost))
+    }
+
+    /// The numbers of conditions and costs, with the names of conditions.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (&str, &Quantity)> {
+        let conditions = self.conditions.iter().map(|own| (own.name.as_str(), &own.quantity));
+        let costs = self.costs.iter().filter_map(|cost| match &cost.kind {
+            CostKind::Deviation { quantity, .. } => Some(("objective", quantity)),
+            _ => None,
+        });
+        conditions.chain(costs)
     }
 
     fn check_node(&self, name: &str, when: When) -> Result<(), ProblemError> {

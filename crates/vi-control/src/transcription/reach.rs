@@ -46,6 +46,7 @@ impl Transcription {
     /// [`Undefined`].
     pub fn unreached(&self, x: &[f64]) -> Result<Vec<Vec<String>>, Undefined> {
         let point = self.point_at(x)?;
+        self.follow(&point);
         let ends = self.ends(&point);
         let mut values = vec![0.0; self.layout.rows];
         self.row_values_at(&point, &mut values);
@@ -89,7 +90,13 @@ impl Transcription {
             }
             let slope = |n: usize| match &own.quantity {
                 Quantity::Joint { .. } => 1.0,
-                Quantity::Product(row) => DVector::from_vec(self.slope_along(point, n, row)).norm(),
+                Quantity::Configuration(own) => {
+                    DVector::from_vec(self.number_along(point, n, &**own)).norm()
+                }
+                Quantity::Node(_) => {
+                    let slopes = self.quantity_slope(point, &own.quantity, n);
+                    slopes.iter().map(|(_, slope)| slope * slope).sum::<f64>().sqrt()
+                }
             };
             ends.rows.push(placed.row);
             ends.bounds.push(own.bounds);

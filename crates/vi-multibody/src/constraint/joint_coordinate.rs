@@ -419,7 +419,7 @@ impl JointCoordinate {
     }
 
     /// `out ← out + scale D²θ(q) v`.
-    pub(crate) fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    pub fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
         self.for_each_bend(q, v, scale, |i, own| out[i] += own);
     }
 

@@ -3,11 +3,13 @@
 //! ```text
 //! reaction, effort of a constraint, tension    of λ: that of the step; at the start, by sub-steps
 //!                                              that of the acceleration level
-//! accelerations of points, bodies and joints   of a at the acceleration level, as at the end
+//! accelerations of points, bodies and joints   of a: that of the steps on both sides; at the ends of
+//!                                              a run, by sub-steps that of the acceleration level
 //!     ẍ of a point,   ω̇ = ½ Σ d_I × a_I,   B·(ẍ − γ) and B·ω along an axis B of the unit
 //! ```
 
-use super::quantity::{no_derivative, number_of, point};
+use super::configuration::point;
+use super::{no_derivative, number_of};
 use crate::design::{ModelTangent, mechanism_design, refused};
 use crate::system::System;
 use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
@@ -227,8 +229,8 @@ fn accelerated(
     })))
 }
 
-/// What the acceleration level of a run follows from; `of_steps`: whether it serves the first node
-/// alone.
+/// What the acceleration level of a run follows from; `of_steps`: whether it serves the ends of a
+/// run alone.
 ///
 /// # Errors
 /// [`ModelError`] where it has no derivative.
@@ -240,10 +242,10 @@ pub(crate) fn level(
 ) -> Result<Level, ModelError> {
     if let Some(control) = model.controls.first().filter(|_| !of_steps) {
         let what = format!(
-            "accelerations, and forces of constraints by sub-steps or Galerkin's method, with the control `{}`",
+            "accelerations and forces of constraints by sub-steps or Galerkin's method, with the control `{}`",
             control.name
         );
-        let help = "take forces of constraints of a run of order 2, or remove the [[control]]";
+        let help = "take a run of order 2, or remove the [[control]]";
         return Err(refused(key, what, help));
     }
     let System { mechanism, dynamics, .. } = system;
@@ -255,28 +257,17 @@ pub(crate) fn level(
     Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design })
 }
 
-/// Refuses numbers along a path that no node knows alone.
+/// Refuses numbers of which parts are those of other steps; `of_states`: whether the run has the
+/// acceleration level alone.
 ///
 /// # Errors
 /// [`ModelError`].
-pub(crate) fn known(
-    key: &str,
-    reads: Reads,
-    (of_states, at_end): (bool, bool),
-) -> Result<(), ModelError> {
-    if of_states || !reads.accelerations {
+pub(crate) fn known(key: &str, reads: Reads, of_states: bool) -> Result<(), ModelError> {
+    if of_states || !(reads.accelerations && reads.forces) {
         return Ok(());
     }
-    if reads.forces {
-        let what = "accelerations beside forces of constraints in one expression";
-        return Err(refused(key, what, "take two sensors, or `order = 4`"));
-    }
-    if !at_end {
-        let what = "the derivative of accelerations along a path of steps of order 2";
-        let help = "take them at the end, or take rates; with `order = 4` they have one";
-        return Err(refused(key, what, help));
-    }
-    Ok(())
+    let what = "accelerations beside forces of constraints in one expression";
+    Err(refused(key, what, "take two sensors, or `order = 4`"))
 }
 
 /// The number of multipliers that a sensor shows.

@@ -1,15 +1,13 @@
-//! What a sensor shows, with its derivative: the value of one of type `expression`.
+//! The value of a sensor of type `expression`, with its derivatives.
 //!
 //! ```text
 //! y = e(t, y_1, …)        ∂y/∂q = Σ ∂e/∂y_i ∂y_i/∂q,   ∂y/∂v̂ likewise,   y_θ = e_θ + Σ ∂e/∂y_i (y_i)_θ
 //! ```
 //! `e_θ` is an expression of its own, of what `e` reads.
 
-use super::acting;
-use super::of_forces;
-use super::quantity::{Measured, Sensed, spin};
+use super::Shown;
+use super::configuration::Sensed;
 use crate::design::{ModelTangent, refused};
-use crate::sensor::observed;
 use crate::system::System;
 use holonom_model::expression::Program;
 use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
@@ -96,76 +94,19 @@ impl NodeQuantity for Expressed {
     fn reads(&self) -> Reads {
         self.inputs().fold(Reads::default(), |all, own| all.or(own.reads()))
     }
+    fn reads_time(&self) -> bool {
+        let of_own = |own: &Evaluated| own.program.reads(0);
+        of_own(&self.own) || self.own.inputs.iter().any(|input| input.reads_time())
+    }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.inputs().for_each(|input| input.follow(node, seen));
-    }
-}
-
-/// What a sensor reads where it is an expression: sensors of the model, and of what names mean.
-pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
-    let sensor = model.sensors.iter().find(|own| own.name == name);
-    let own = sensor.and_then(|own| observed(model, own));
-    let readings = own.map_or_else(Vec::new, |own| own.readings);
-    let sensor = |reading| match reading {
-        Reading::Sensor(sensor, _) => Some(*sensor),
-        Reading::Signal(_) => None,
-    };
-    readings.into_iter().filter_map(sensor).collect()
-}
-
-/// Whether what a sensor shows depends on the numbers of another one, or of itself.
-pub(crate) fn depends_on(model: &Model, sensor: &str, name: &str) -> bool {
-    sensor == name || sensors_read(model, sensor).iter().any(|own| own.name == name)
-}
-
-/// What a sensor shows, with its derivative.
-pub(crate) enum Shown {
-    /// A quantity of the configuration, or its rate.
-    Configuration(Sensed, Rate),
-    /// A number of a node with its velocity.
-    Node(Box<dyn NodeQuantity>),
-}
-
-impl Shown {
-    /// By a sensor, of one of several numbers with its part; `key`: what names it in the model.
-    ///
-    /// # Errors
-    /// [`ModelError`] of a sensor that has no derivative.
-    pub(crate) fn of(
-        of_run: (&Model, &IndependentRows),
-        system: &mut System,
-        key: &str,
-        of: (&Sensor, Option<&str>),
-        tangents: &[ModelTangent],
-    ) -> Result<Self, ModelError> {
-        let ((model, _), (sensor, _)) = (of_run, of);
-        if let Some(spin) = spin(model, &system.mechanism, key, of)? {
-            return Ok(Self::Node(Box::new(spin)));
-        }
-        if let Some(own) = observed(model, sensor) {
-            let own = Expressed::new(of_run, system, key, (sensor, own), tangents)?;
-            return Ok(Self::Node(Box::new(own)));
-        }
-        if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
-            return Ok(Self::Node(own));
-        }
-        if let Some(own) = of_forces::of_sensor(of_run, system, key, of, tangents)? {
-            return Ok(Self::Node(own));
-        }
-        if let Some(own) = Measured::orientation(model, system, key, of)? {
-            return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
-        }
-        let mechanism = &mut system.mechanism;
-        let (measured, rate) = Measured::of_sensor(model, mechanism, key, of)?;
-        let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
-        Ok(Self::Configuration(sensed, rate))
     }
 }
 
 impl Expressed {
     /// # Errors
     /// [`ModelError`] where it reads what has no derivative.
-    fn new(
+    pub(super) fn new(
         of_run: (&Model, &IndependentRows),
         system: &mut System,
         key: &str,

@@ -3,28 +3,37 @@
 //! ```text
 //! y = τ(t, x, ẋ)  or  y = σ ẋ τ(t, x, ẋ)        x: a joint coordinate or a distance, at (q, v̂)
 //! ∂y/∂q = y_x ∇x + y_ẋ D²x v̂,   ∂y/∂v̂ = y_ẋ ∇x,   y_θ = y_x x_θ + y_ẋ (∇x)_θ v̂ + τ_θ
+//! y = f(t, q, v̂)·v̂          power of a law, a bushing or a load
+//! ∂y/∂q = f_qᵀ v̂,   ∂y/∂v̂ = f + f_vᵀ v̂,   y_θ = f_θ·v̂
 //! ```
 //! Efforts of laws and bushings change with whatever they read; `τ_θ` is what the law states whose
 //! expressions are replaced by their derivatives. The efforts are those of [`crate::sensor`].
 
-use super::quantity::{Measured, Sensed, no_derivative, number_of};
+use super::configuration::{Measured, Sensed};
+use super::{no_derivative, number_of};
 use crate::design::{ModelTangent, refused};
 use crate::sensor::{Effort, columns_of};
 use crate::system::System;
-use crate::system::joint_drive::JointDrive;
+use crate::system::joint_drive::{ElementLaw, JointDrive};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Slopes};
 use vi_control::objective::Quantity;
-use vi_core::Configuration;
+use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
+use vi_core::interval::Interval;
+use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
-use vi_multibody::builder::{ElementForce, ForceElements};
-use vi_multibody::design::{EffortTangent, MechanismTangent, MovedCoordinate, SpringTangent};
+use vi_core::sparse::{Block, Product};
+use vi_core::{Configuration, MechanicalSystem as _, SeparableSystem};
+use vi_multibody::builder::{ElementForce, ForceElements, NamedForce};
+use vi_multibody::design::{EffortTangent, MovedCoordinate, SpringTangent};
 use vi_multibody::form::Form;
-use vi_multibody::joint_force::EffortSlopes;
+use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw};
 use vi_multibody::law::Input;
+use vi_multibody::mechanism::Mechanism;
 use vi_multibody::six_coordinates::Vector6;
 use vi_multibody::spring::{Damper, Spring};
+use vi_rigid::load::{Load, LoadChange};
 
 /// What acts along a coordinate.
 enum Acts {
@@ -100,6 +109,15 @@ impl AlongCoordinate {
 }
 
 impl NodeQuantity for AlongCoordinate {
+    fn reads_time(&self) -> bool {
+        // springs beside numbers follow paths
+        let moves = |own: &JointDrive| match own.part {
+            "motor" => true,
+            "spring" => matches!(own.law, ElementLaw::Force(_)),
+            _ => false,
+        };
+        matches!(&self.acts, Acts::Elements(all) if all.iter().any(moves))
+    }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.slopes(at, v)[0]
     }
@@ -143,6 +161,9 @@ impl Stated {
 }
 
 impl NodeQuantity for Stated {
+    fn reads_time(&self) -> bool {
+        true // its expressions may
+    }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.of(&self.forces, at, v)
     }
@@ -164,16 +185,121 @@ impl NodeQuantity for Stated {
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
         let own = self.by.get(parameter).map_or(0.0, |own| self.of(own, at, v));
         let moved = self.moved.get(parameter).and_then(Option::as_ref);
-        let along = moved.and_then(|moved| {
-            let ElementForce::Joint(force) = &self.forces.forces.first()?.force else {
-                return None;
-            };
+        let along = moved.zip(along(&self.forces)).map(|(moved, force)| {
             let (x, rate) = (force.coordinate.at(at), force.coordinate.rate(at.q, v));
             let slopes = force.law.slopes(at.t, x, rate);
-            Some(slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * moved.rate_by(at.q, v))
+            slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * moved.rate_by(at.q, v)
         });
         own + along.unwrap_or(0.0)
     }
+}
+
+/// What a law, a bushing or a load puts into the system in a second.
+struct Supplied {
+    forces: ForceElements,
+    system: SeparableSystem,             // in which these alone act
+    by: Vec<ForceElements>,              // the derivatives, in the order of the parameters
+    moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
+    loads: Vec<Vec<(Load, LoadChange)>>,
+}
+
+impl Supplied {
+    /// # Errors
+    /// [`ModelError`] of signals with states, and of loads that are not on a body.
+    fn new(
+        system: &System,
+        key: &str,
+        sensor: &Sensor,
+        tangents: &[ModelTangent],
+    ) -> Result<Self, ModelError> {
+        let (mechanism, dynamics) = (&system.mechanism, &system.dynamics);
+        let forces = dynamics.forces.only(&sensor.of);
+        without_states(key, sensor, &forces)?;
+        let mass = dynamics.parts.mass_matrix(mechanism);
+        let changed = |own: &ModelTangent| {
+            let all = own.numbers.loads.iter();
+            let of = all.filter_map(|(k, change)| match dynamics.forces.forces.get(*k)? {
+                NamedForce { name, force: ElementForce::Body(load) } if *name == sensor.of => {
+                    Some((load.clone(), *change))
+                }
+                _ => None,
+            });
+            of.collect()
+        };
+        Ok(Self {
+            system: forces.add_to(SeparableSystem::new(mass)),
+            by: tangents.iter().map(|own| own.acting.only(&sensor.of)).collect(),
+            moved: moved_along(mechanism, &forces, tangents),
+            loads: tangents.iter().map(changed).collect(),
+            forces,
+        })
+    }
+}
+
+impl NodeQuantity for Supplied {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        self.forces.power(at, v, &mut Vec::new())
+    }
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let mut force = vec![0.0; v.len()];
+        self.system.add_gauss_force(at, v, &mut force);
+        out.v.iter_mut().zip(force).for_each(|(out, f)| *out += scale * f);
+        for (by, out) in [([1.0, 0.0], out.q), ([0.0, 1.0], out.v)] {
+            let into = &mut Product { v, out };
+            let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
+            self.system.gauss_slopes(at, v, by, &mut transposed);
+        }
+    }
+    fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
+        let own = self.by.get(parameter).map_or(0.0, |own| own.power(at, v, &mut Vec::new()));
+        let moved = self.moved.get(parameter).and_then(Option::as_ref);
+        let along = moved.zip(along(&self.forces)).map(|(moved, force)| {
+            let (x, rate) = (force.coordinate.at(at), force.coordinate.rate(at.q, v));
+            let (effort, slopes) = force.law.effort_and_slopes(at.t, x, rate);
+            let faster = moved.rate_by(at.q, v);
+            rate * (slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * faster)
+                + effort * faster
+        });
+        let mut standing = Interval::new(at.q.len());
+        standing.gather_at(at, v, 1.0);
+        let changed = self.loads.get(parameter).into_iter().flatten();
+        let changed = changed.map(|(load, change)| {
+            let half = load.half_impulse_by(change, &standing, at.q);
+            2.0 * dot(&half, load.of_frame(v))
+        });
+        own + along.unwrap_or(0.0) + changed.sum::<f64>()
+    }
+    fn reads_time(&self) -> bool {
+        true // expressions and histories may
+    }
+}
+
+/// The force of a law along a joint.
+fn along(forces: &ForceElements) -> Option<&JointForce<Arc<dyn JointLaw>>> {
+    match &forces.forces.first()?.force {
+        ElementForce::Joint(force) => Some(force),
+        _ => None,
+    }
+}
+
+/// How the coordinate of a law along a joint changes, in the order of the parameters.
+fn moved_along(
+    mechanism: &Mechanism,
+    forces: &ForceElements,
+    tangents: &[ModelTangent],
+) -> Vec<Option<MovedCoordinate>> {
+    let of = along(forces).map(|force| &force.coordinate);
+    let moved = |own: &ModelTangent| MovedCoordinate::of(mechanism, &own.numbers, of?);
+    tangents.iter().map(moved).collect()
+}
+
+/// Refuses what acts by signals with states.
+fn without_states(key: &str, sensor: &Sensor, forces: &ForceElements) -> Result<(), ModelError> {
+    if forces.forces.iter().any(NamedForce::remembers) {
+        let what = format!("the derivative of `{}`, an effort by signals with states", sensor.name);
+        return Err(refused(key, what, "take an effort that follows from coordinates and rates"));
+    }
+    Ok(())
 }
 
 /// What a sensor of an effort or of a power shows; `None` of others, and of constraints.
@@ -190,8 +316,17 @@ pub(crate) fn of_sensor(
     if !matches!(sensor.kind, SensorKind::Effort | SensorKind::Power) {
         return Ok(None);
     }
-    let Some(effort) = system.sensors.effort(&sensor.name).cloned() else { return Ok(None) };
     let is_power = sensor.kind == SensorKind::Power;
+    let acts = |name: &String| *name == sensor.of;
+    let on_body = |own: &&holonom_model::Load| own.body.is_some() && acts(&own.name);
+    let is_load = model.loads.iter().any(|own| on_body(&own))
+        && system.dynamics.forces.loads(&sensor.of).next().is_some();
+    let acting = model.laws.iter().any(|own| acts(&own.name))
+        || model.bushings.iter().any(|own| acts(&own.name));
+    if is_power && (is_load || acting) {
+        return Ok(Some(Box::new(Supplied::new(system, key, sensor, tangents)?)));
+    }
+    let Some(effort) = system.sensors.effort(&sensor.name).cloned() else { return Ok(None) };
     let part = number_of(model, key, (sensor, part))?;
     Ok(match effort {
         Effort::Joint(elements, _) => {
@@ -269,21 +404,8 @@ fn stated(
     (forces, name): (Box<ForceElements>, Option<String>),
     tangents: &[ModelTangent],
 ) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
-    if sensor.kind == SensorKind::Power {
-        return Err(no_derivative(key, sensor));
-    }
-    if forces.forces.iter().any(vi_multibody::builder::NamedForce::remembers) {
-        let what = format!("the derivative of `{}`, an effort by signals with states", sensor.name);
-        return Err(refused(key, what, "take an effort that follows from coordinates and rates"));
-    }
+    without_states(key, sensor, &forces)?;
     let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();
-    let coordinate = forces.forces.first().and_then(|own| match &own.force {
-        ElementForce::Joint(force) => Some(&force.coordinate),
-        _ => None,
-    });
-    let moved = |own: &MechanismTangent| {
-        coordinate.and_then(|of| MovedCoordinate::of(&system.mechanism, own, of))
-    };
-    let moved = tangents.iter().map(|own| moved(&own.numbers)).collect();
+    let moved = moved_along(&system.mechanism, &forces, tangents);
     Ok(Some(Box::new(Stated { forces: *forces, name, part, by, moved })))
 }

@@ -1,8 +1,8 @@
 //! What a sensor measures as a function of the configuration, with its derivative.
 
 use super::orientation::Turned;
+use super::{no_derivative, number_of, shown, split};
 use crate::design::{ModelTangent, refused};
-use crate::sensor::{Column, columns_of};
 use crate::system::System;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
@@ -82,28 +82,6 @@ impl Quantity for Measured {
 }
 
 impl Measured {
-    /// What a sensor measures, by its name, of one of several numbers with its part; `key`: of the
-    /// model, where it is named.
-    ///
-    /// # Errors
-    /// [`ModelError`] of a sensor that has no derivative.
-    pub(crate) fn of(
-        model: &Model,
-        mechanism: &mut Mechanism,
-        key: &str,
-        text: &str,
-    ) -> Result<Self, ModelError> {
-        match Self::of_sensor(model, mechanism, key, named(model, key, text)?)? {
-            (own, Reading::Value) => Ok(own),
-            (_, Reading::Rate) => {
-                let (name, _) = split(text);
-                let what = format!("the rate that the sensor `{name}` shows");
-                let help = "take a position in space, a distance of points, or a joint coordinate";
-                Err(refused(key, what, help))
-            }
-        }
-    }
-
     /// The number of a quaternion that a sensor shows; `None` where it measures another number.
     ///
     /// # Errors
@@ -191,62 +169,6 @@ fn component(
     })
 }
 
-/// Which of the columns of a sensor is meant.
-///
-/// # Errors
-/// [`ModelError`] where that is none, or a flag.
-pub(crate) fn number_of(
-    model: &Model,
-    key: &str,
-    (sensor, part): (&Sensor, Option<&str>),
-) -> Result<usize, ModelError> {
-    let columns = columns_of(model, sensor);
-    let named = |part: &str| columns.iter().position(|own| own.part == part);
-    let found = match part {
-        None => (columns.len() == 1).then_some(0),
-        Some(part) => named(part).or_else(|| part.parse().ok()),
-    };
-    let found = found.filter(|k| columns.get(*k).is_some_and(|own| !own.is_flag()));
-    found.ok_or_else(|| {
-        let numbers = columns.iter().filter(|own| !own.is_flag()).map(Column::name);
-        let what = format!("the sensor `{}`, which is several numbers", sensor.name);
-        let help = format!("write one of them: {}", numbers.collect::<Vec<_>>().join(", "));
-        refused(key, what, help)
-    })
-}
-
-/// The name of a sensor, and which of its numbers.
-fn split(text: &str) -> (&str, Option<&str>) {
-    text.split_once('.').map_or((text, None), |(name, part)| (name, Some(part)))
-}
-
-/// What of a quantity a sensor shows.
-fn shown(sensor: &Sensor) -> Reading {
-    let is_rate = sensor.kind.is_rate() && sensor.kind != SensorKind::AngularVelocity;
-    if is_rate { Reading::Rate } else { Reading::Value }
-}
-
-/// The same of a sensor by its name.
-pub(crate) fn reading(model: &Model, text: &str) -> Reading {
-    let sensor = model.sensors.iter().find(|own| own.name == split(text).0);
-    sensor.map_or(Reading::Value, shown)
-}
-
-/// A sensor by its name, and which of its numbers; `key`: of the model, where it is named.
-///
-/// # Errors
-/// [`ModelError`] where there is none.
-pub(crate) fn named<'a>(
-    model: &'a Model,
-    key: &str,
-    text: &'a str,
-) -> Result<(&'a Sensor, Option<&'a str>), ModelError> {
-    let (name, part) = split(text);
-    let sensor = model.sensors.iter().find(|sensor| sensor.name == name);
-    let missing = || refused(key, format!("a sensor `{name}`"), "add the [[sensor]]");
-    Ok((sensor.ok_or_else(missing)?, part)) // checked before
-}
-
 /// The angular velocity that a sensor measures, in space or as another body sees it; `None` where
 /// it measures another number.
 ///
@@ -267,32 +189,6 @@ pub(crate) fn spin(
     let Some(base) = model.frame(observer) else { return Ok(None) };
     let [_, along] = seen(model, mechanism, (Form::constant(Vector3::zeros()), axis), observer);
     Ok(Some(Input::RelativeSpin { of, base: FRAME * base, along }))
-}
-
-/// The refusal of a sensor.
-pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
-    let what = format!("the derivative of the sensor `{}`", sensor.name);
-    let help = match sensor.kind {
-        SensorKind::JointAcceleration => "take a joint that slides or turns about its axes",
-        SensorKind::Power => {
-            "take the effort and a rate, and multiply them in a sensor of type \"expression\""
-        }
-        SensorKind::Work => "take the power along the path, or the efforts of controls",
-        SensorKind::SectionForce | SensorKind::Strain => {
-            "take positions or orientations of the nodes of the beam"
-        }
-        SensorKind::Gap
-        | SensorKind::Clearance
-        | SensorKind::ContactForce
-        | SensorKind::StopForce
-        | SensorKind::FrictionTorque
-        | SensorKind::Slip => "take a distance of points, or a joint coordinate",
-        _ => {
-            "take a position, an orientation, a distance of points, a joint coordinate, one of \
-             their rates, an angular velocity, an effort, or an expression of these"
-        }
-    };
-    refused(key, what, help)
 }
 
 /// A point less the centre of mass of an observer, and the axis of the observer.
@@ -360,6 +256,22 @@ impl Sensed {
     pub(crate) fn between(of: Form, changes: impl Iterator<Item = Option<Form>>) -> Self {
         let by = changes.map(|own| own.map_or(Change::None, Change::Form)).collect();
         Self { of: Measured::Distance(of), by }
+    }
+
+    /// The joint and which of its coordinates it is; `None` of others.
+    pub(crate) fn joint(&self) -> Option<(usize, usize)> {
+        match self.of {
+            Measured::Joint { joint, freedom, .. } => Some((joint, freedom)),
+            _ => None,
+        }
+    }
+
+    /// From one point to another, where it is their distance.
+    pub(crate) fn between_points(&self) -> Option<&Form> {
+        match &self.of {
+            Measured::Distance(between) => Some(between),
+            _ => None,
+        }
     }
 
     /// Whether it is continued along a motion: it has a value at nodes alone.
