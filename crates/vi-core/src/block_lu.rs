@@ -180,22 +180,25 @@ impl BlockLu {
     ) -> Result<(), Singular> {
         self.take_scales(diagonal);
         let Self { sizes, pivots, updates, places, fill, scales, blocks: all, .. } = self;
-        Arch::new().dispatch(|| {
-            fill.iter().for_each(|&k| all[k] = ZERO);
-            for (&place, ([row, column], block)) in places.iter().zip(blocks) {
-                let (left, right) = (&scales[row], &scales[column]);
-                take(block, sizes[column], left, right, &mut all[place]);
-            }
-            for pivot in pivots {
-                let (own, later) = all.split_at_mut(pivot.blocks.end);
-                let own = &mut own[pivot.blocks.start..];
-                complete(&mut own[0], sizes[pivot.group]);
-                factorize(&mut own[0], &mut pivot.order)?;
-                let targets = &updates[pivot.updates..];
-                eliminate(own, &pivot.order, targets, later, pivot.blocks.end)?;
-            }
-            Ok(())
-        })
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                fill.iter().for_each(|&k| all[k] = ZERO);
+                for (&place, ([row, column], block)) in places.iter().zip(blocks) {
+                    let (left, right) = (&scales[row], &scales[column]);
+                    take(block, sizes[column], left, right, &mut all[place]);
+                }
+                for pivot in pivots {
+                    let (own, later) = all.split_at_mut(pivot.blocks.end);
+                    let own = &mut own[pivot.blocks.start..];
+                    complete(&mut own[0], sizes[pivot.group]);
+                    factorize(&mut own[0], &mut pivot.order)?;
+                    let targets = &updates[pivot.updates..];
+                    eliminate(own, &pivot.order, targets, later, pivot.blocks.end)?;
+                }
+                Ok(())
+            },
+        )
     }
 
     fn take_scales(&mut self, diagonal: &[f64]) {
@@ -216,21 +219,26 @@ impl BlockLu {
             let own = &b[first[k]..first[k] + sizes[k]];
             own.iter().zip(&scales[k]).zip(x).for_each(|((b, scale), x)| *x = scale * b);
         }
-        Arch::new().dispatch(|| {
-            for pivot in &*pivots {
-                let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
-                solve_row(&parts[0], &pivot.order, &mut own);
-                x[pivot.group] = own;
-                let pairs = parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
-                pairs.for_each(|(pair, group)| subtract(&pair[0], &own, &mut x[*group]));
-            }
-            for pivot in pivots.iter().rev() {
-                let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
-                let pairs = parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
-                pairs.for_each(|(pair, group)| subtract(&pair[1], &x[*group], &mut own));
-                x[pivot.group] = own;
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for pivot in &*pivots {
+                    let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
+                    solve_row(&parts[0], &pivot.order, &mut own);
+                    x[pivot.group] = own;
+                    let pairs =
+                        parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
+                    pairs.for_each(|(pair, group)| subtract(&pair[0], &own, &mut x[*group]));
+                }
+                for pivot in pivots.iter().rev() {
+                    let (mut own, parts) = (x[pivot.group], &blocks[pivot.blocks.clone()]);
+                    let pairs =
+                        parts[1..].chunks_exact(2).zip(&neighbours[pivot.neighbours.clone()]);
+                    pairs.for_each(|(pair, group)| subtract(&pair[1], &x[*group], &mut own));
+                    x[pivot.group] = own;
+                }
+            },
+        );
         let mut finite = true;
         for (k, x) in x.iter().enumerate() {
             let own = &mut b[first[k]..first[k] + sizes[k]];

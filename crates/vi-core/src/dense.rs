@@ -25,42 +25,49 @@ fn add_scaled(y: &mut [f64], a: f64, x: &[f64]) {
 /// `A ← L U` in place, by columns; `pivots[k]` is the row that was exchanged with row `k`.
 pub(crate) fn lu(A: &mut DMatrix<f64>, pivots: &mut [usize]) {
     let n = A.nrows();
-    Arch::new().dispatch(|| {
-        for j in 0..n {
-            let (left, right) = A.as_mut_slice().split_at_mut(j * n);
-            let column = &mut right[..n];
-            (0..j).for_each(|k| column.swap(k, pivots[k]));
-            for (k, known) in left.chunks_exact(n).enumerate() {
-                let (above, below) = column.split_at_mut(k + 1);
-                add_scaled(below, -above[k], &known[k + 1..]);
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for j in 0..n {
+                let (left, right) = A.as_mut_slice().split_at_mut(j * n);
+                let column = &mut right[..n];
+                (0..j).for_each(|k| column.swap(k, pivots[k]));
+                for (k, known) in left.chunks_exact(n).enumerate() {
+                    let (above, below) = column.split_at_mut(k + 1);
+                    add_scaled(below, -above[k], &known[k + 1..]);
+                }
+                let larger =
+                    |p: usize, i: usize| if column[i].abs() > column[p].abs() { i } else { p };
+                let p = (j + 1..n).fold(j, larger);
+                pivots[j] = p;
+                column.swap(j, p);
+                left.chunks_exact_mut(n).for_each(|known| known.swap(j, p));
+                let (above, below) = column.split_at_mut(j + 1);
+                below.iter_mut().for_each(|entry| *entry /= above[j]);
             }
-            let larger = |p: usize, i: usize| if column[i].abs() > column[p].abs() { i } else { p };
-            let p = (j + 1..n).fold(j, larger);
-            pivots[j] = p;
-            column.swap(j, p);
-            left.chunks_exact_mut(n).for_each(|known| known.swap(j, p));
-            let (above, below) = column.split_at_mut(j + 1);
-            below.iter_mut().for_each(|entry| *entry /= above[j]);
-        }
-    });
+        },
+    );
 }
 
 /// `b ← A⁻¹ b` with the factors of [`lu`].
 pub(crate) fn solve_lu(LU: &DMatrix<f64>, pivots: &[usize], b: &mut [f64]) {
     let n = b.len();
     let column = |k: usize| &LU.as_slice()[k * n..(k + 1) * n];
-    Arch::new().dispatch(|| {
-        pivots.iter().enumerate().for_each(|(k, &p)| b.swap(k, p));
-        for k in 0..n {
-            let (known, rest) = b.split_at_mut(k + 1);
-            add_scaled(rest, -known[k], &column(k)[k + 1..]);
-        }
-        for k in (0..n).rev() {
-            let (rest, known) = b.split_at_mut(k);
-            known[0] /= column(k)[k];
-            add_scaled(rest, -known[0], &column(k)[..k]);
-        }
-    });
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            pivots.iter().enumerate().for_each(|(k, &p)| b.swap(k, p));
+            for k in 0..n {
+                let (known, rest) = b.split_at_mut(k + 1);
+                add_scaled(rest, -known[k], &column(k)[k + 1..]);
+            }
+            for k in (0..n).rev() {
+                let (rest, known) = b.split_at_mut(k);
+                known[0] /= column(k)[k];
+                add_scaled(rest, -known[0], &column(k)[..k]);
+            }
+        },
+    );
 }
 
 /// Squared lengths that differ by less, relative to the largest, are equal.
@@ -112,26 +119,30 @@ impl PivotedQr {
         let Self { factors: A, squares, scales, pivots } = self;
         let n = A.nrows();
         pivots.iter_mut().enumerate().for_each(|(k, pivot)| *pivot = k);
-        Arch::new().dispatch(|| {
-            for k in 0..scales.len() {
-                for (c, square) in squares.iter_mut().enumerate().skip(k) {
-                    let rest = &A.as_slice()[c * n + k..(c + 1) * n];
-                    *square = dot(rest, rest);
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for k in 0..scales.len() {
+                    for (c, square) in squares.iter_mut().enumerate().skip(k) {
+                        let rest = &A.as_slice()[c * n + k..(c + 1) * n];
+                        *square = dot(rest, rest);
+                    }
+                    let most = squares[k..].iter().copied().fold(0.0, f64::max);
+                    let longest =
+                        squares[k..].iter().position(|square| *square >= (1.0 - TIE) * most);
+                    let longest = k + longest.unwrap_or(0); // none: they are not finite
+                    let size = squares[longest];
+                    pivots[k..=longest].rotate_right(1);
+                    (k..longest).rev().for_each(|c| A.swap_columns(c, c + 1));
+                    let (left, right) = A.as_mut_slice().split_at_mut((k + 1) * n);
+                    let own = &mut left[k * n + k..];
+                    scales[k] = reflect(own, size.sqrt());
+                    for column in right.chunks_exact_mut(n) {
+                        apply(&own[1..], scales[k], &mut column[k..]);
+                    }
                 }
-                let most = squares[k..].iter().copied().fold(0.0, f64::max);
-                let longest = squares[k..].iter().position(|square| *square >= (1.0 - TIE) * most);
-                let longest = k + longest.unwrap_or(0); // none: they are not finite
-                let size = squares[longest];
-                pivots[k..=longest].rotate_right(1);
-                (k..longest).rev().for_each(|c| A.swap_columns(c, c + 1));
-                let (left, right) = A.as_mut_slice().split_at_mut((k + 1) * n);
-                let own = &mut left[k * n + k..];
-                scales[k] = reflect(own, size.sqrt());
-                for column in right.chunks_exact_mut(n) {
-                    apply(&own[1..], scales[k], &mut column[k..]);
-                }
-            }
-        });
+            },
+        );
     }
 
     /// `R` in the upper triangle; below are the Householder vectors.
@@ -166,20 +177,26 @@ impl PivotedQr {
 
     /// `x ← Q x`, shape `n`.
     pub fn apply_q_to(&self, x: &mut [f64]) {
-        Arch::new().dispatch(|| {
-            for (k, &scale) in self.scales.iter().enumerate().rev() {
-                apply(self.reflector(k), scale, &mut x[k..]);
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (k, &scale) in self.scales.iter().enumerate().rev() {
+                    apply(self.reflector(k), scale, &mut x[k..]);
+                }
+            },
+        );
     }
 
     /// `x ← Qᵀ x`, shape `n`.
     pub fn apply_q_transposed(&self, x: &mut [f64]) {
-        Arch::new().dispatch(|| {
-            for (k, &scale) in self.scales.iter().enumerate() {
-                apply(self.reflector(k), scale, &mut x[k..]);
-            }
-        });
+        Arch::new().dispatch(
+            #[inline(always)]
+            || {
+                for (k, &scale) in self.scales.iter().enumerate() {
+                    apply(self.reflector(k), scale, &mut x[k..]);
+                }
+            },
+        );
     }
 }
 
@@ -223,13 +240,16 @@ pub fn add_product(
     A: DMatrixView<'_, f64>,
     B: DMatrixView<'_, f64>,
 ) {
-    Arch::new().dispatch(|| {
-        for (mut column, factors) in C.column_iter_mut().zip(B.column_iter()) {
-            for (b, known) in factors.iter().zip(A.column_iter()) {
-                add_scaled(column.as_mut_slice(), a * b, known.as_slice());
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (mut column, factors) in C.column_iter_mut().zip(B.column_iter()) {
+                for (b, known) in factors.iter().zip(A.column_iter()) {
+                    add_scaled(column.as_mut_slice(), a * b, known.as_slice());
+                }
             }
-        }
-    });
+        },
+    );
 }
 
 #[cfg(test)]
