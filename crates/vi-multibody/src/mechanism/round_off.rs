@@ -56,8 +56,13 @@ impl RoundOff {
     /// Raises the floors of the blocks at `q`.
     pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
         let size = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        // NaN is for the residual to find
-        self.raise(blocks, |effect| size(&q[effect.point.clone()]));
+        let mut last = (usize::MAX, 0.0); // a point, its size
+        self.raise(blocks, |Effect { point, .. }| {
+            if point.start != last.0 {
+                last = (point.start, size(&q[point.clone()])); // NaN is for the residual to find
+            }
+            last.1
+        });
     }
 
     /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of
@@ -76,7 +81,7 @@ impl RoundOff {
 
     /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as
     /// those of a size (m) are.
-    fn raise(&self, blocks: &mut [Block], size: impl Fn(&Effect) -> f64) {
+    fn raise(&self, blocks: &mut [Block], mut size: impl FnMut(&Effect) -> f64) {
         let count = self.increments.len();
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
             let start = block.range.start;
