@@ -88,29 +88,40 @@ impl RootScrew {
     /// Twist of the root by the unit rates of its unknowns: `diag(I, T)` times the derivative.
     pub(super) fn root_map(&self) -> RootMap {
         let [linear, coupling, _] = self.derivative();
-        RootMap { linear, coupling, angular: linear }
+        RootMap::of_blocks(linear, coupling, None)
     }
 }
 
 /// `(φ̇, ω) = [A, C; 0, A'] ν`: the twist of a free root by the rates of its unknowns.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct RootMap {
-    linear: Matrix3<f64>,   // A
-    coupling: Matrix3<f64>, // C
-    angular: Matrix3<f64>,  // A'
+    linear: Matrix3<f64>,                // A
+    coupling: Matrix3<f64>,              // C
+    angular: Matrix3<f64>,               // A'
+    inverses: Option<[Matrix3<f64>; 2]>, // of A and A'
 }
 
 impl RootMap {
+    /// `A`, `C`, and `A'` where it is not `A`.
+    fn of_blocks(
+        linear: Matrix3<f64>,
+        coupling: Matrix3<f64>,
+        angular: Option<Matrix3<f64>>,
+    ) -> Self {
+        let inverse = linear.try_inverse();
+        let of_angular = angular.map_or(inverse, |own| own.try_inverse());
+        let inverses = inverse.zip(of_angular).map(|(linear, angular)| [linear, angular]);
+        Self { linear, coupling, angular: angular.unwrap_or(linear), inverses }
+    }
+
     /// Twists as the unknowns themselves.
     pub(super) fn identity() -> Self {
-        let (linear, coupling) = (Matrix3::identity(), Matrix3::zeros());
-        Self { linear, coupling, angular: linear }
+        Self::of_blocks(Matrix3::identity(), Matrix3::zeros(), None)
     }
 
     /// Of no increment: `diag(D, D)` with the directors of `frame`.
     pub(super) fn at_rest(frame: &[f64]) -> Self {
-        let linear = directors::triad(frame);
-        Self { linear, coupling: Matrix3::zeros(), angular: linear }
+        Self::of_blocks(directors::triad(frame), Matrix3::zeros(), None)
     }
 
     /// With the velocity map of the root.
@@ -119,7 +130,7 @@ impl RootMap {
             Matrix3::from_columns(&[0, 1, 2].map(|k| part(&columns[first + k])))
         };
         let (linear, coupling) = (of(0, |t| t.linear), of(3, |t| t.linear));
-        Self { linear, coupling, angular: of(3, |t| t.angular) }
+        Self::of_blocks(linear, coupling, Some(of(3, |t| t.angular)))
     }
 
     /// `R ν`.
@@ -140,8 +151,9 @@ impl RootMap {
     /// [`Singular`].
     pub(super) fn solve(&self, x: &mut [f64]) -> Result<(), Singular> {
         let (a, b) = halves(x);
-        let b = self.angular.try_inverse().ok_or(Singular)? * b;
-        write(&(self.linear.try_inverse().ok_or(Singular)? * (a - self.coupling * b)), &b, x);
+        let [linear, angular] = self.inverses.ok_or(Singular)?;
+        let b = angular * b;
+        write(&(linear * (a - self.coupling * b)), &b, x);
         Ok(())
     }
 
@@ -151,9 +163,10 @@ impl RootMap {
     /// [`Singular`].
     pub(super) fn solve_transposed(&self, x: &mut [f64]) -> Result<(), Singular> {
         let (a, b) = halves(x);
-        let a = self.linear.try_inverse().ok_or(Singular)?.tr_mul(&a);
+        let [linear, angular] = self.inverses.ok_or(Singular)?;
+        let a = linear.tr_mul(&a);
         let b = b - self.coupling.tr_mul(&a);
-        write(&a, &self.angular.try_inverse().ok_or(Singular)?.tr_mul(&b), x);
+        write(&a, &angular.tr_mul(&b), x);
         Ok(())
     }
 

@@ -33,7 +33,7 @@ pub mod reduced_rows;
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
 use crate::solver::chord::Chord;
-use crate::solver::screws::{Flight, RootMap, RootScrew};
+use crate::solver::screws::{Flight, RootScrew};
 pub(crate) use bordered::Row;
 pub use layout::{MapColumns, VelocityLayout};
 use nalgebra::DMatrix;
@@ -126,6 +126,12 @@ impl SparseNodal {
     pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
         self.flight = Flight::new(mechanism, mass);
         self
+    }
+
+    /// Whether the unknowns of free roots are screws.
+    #[must_use]
+    pub fn has_screws(&self) -> bool {
+        self.by_screws
     }
 
     /// `self.u ←` the increments that belong to the unknowns.
@@ -244,14 +250,10 @@ fn solve_with(
     x: &mut [f64],
     solve: impl FnOnce(&mut [f64]) -> Solved,
 ) -> Solved {
-    let each = |columns: &MapColumns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
-        let mut roots = layout.free_roots().zip(&columns.roots);
-        roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
-    };
     let d = layout.dof().max(1);
-    x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
+    x.chunks_exact_mut(d).try_for_each(|x| layout.solve_roots_transposed(left, x))?;
     solve(x)?;
-    x.chunks_exact_mut(d).try_for_each(|x| each(right, x, RootMap::solve))
+    x.chunks_exact_mut(d).try_for_each(|x| layout.solve_roots(right, x))
 }
 
 impl NodalOperators for SparseNodal {
@@ -290,11 +292,17 @@ impl NodalOperators for SparseNodal {
         self.layout.pull_back(&self.left, w, out);
     }
 
-    /// Screws are components along the directors of `q_n`, which rotate: their residual means
-    /// something else at the next node.
+    /// As wrenches on free roots: screws are components along directors, which rotate.
     fn carry_balance(&self, r: &mut [f64]) {
-        if self.by_screws {
+        let Self { layout, left, .. } = self;
+        if self.by_screws && layout.solve_roots_transposed(left, r).is_err() {
             r.fill(0.0);
+        }
+    }
+
+    fn take_balance(&mut self, r: &mut [f64]) {
+        if self.by_screws {
+            self.layout.apply_roots_transposed(&self.left, r);
         }
     }
 
@@ -325,10 +333,12 @@ impl NodalOperators for SparseNodal {
 
     fn precision(&self) -> Precision {
         let precision = Precision::of_balances_if(!self.by_screws);
-        match self.chord.keeps_factors() {
-            true => Precision { closing_size: 0.0, ..precision },
-            false => precision,
-        }
+        let closing_size = match self.by_screws {
+            true => self.chord.closing_size(),
+            false if self.chord.keeps_factors() => 0.0,
+            false => precision.closing_size,
+        };
+        Precision { closing_size, ..precision }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
