@@ -5,7 +5,7 @@ use crate::element::{Element, StrainLaw};
 use crate::helicoidal::{self, AtForms, FORMS};
 use crate::products::{add_scalars, by_forms, weighted};
 use crate::small::product;
-use crate::strain::{self, ElementCoordinates, SIZE, Strain, StrainGradients};
+use crate::strain::{self, ElementCoordinates, SIZE, STRAINS, Strain, StrainGradients};
 use nalgebra::{Matrix6, SMatrix};
 use vi_core::sparse::{Entries, OuterProduct};
 
@@ -39,6 +39,11 @@ impl Element {
     }
 }
 
+/// Columns `P_inᵀ ∇ε_i`, forces and torques of both nodes.
+pub(crate) type StrainWrenches = SMatrix<f64, WRENCHES, STRAINS>;
+/// Rows of these.
+pub(crate) const WRENCHES: usize = 12;
+
 /// Emits `A Bᵀ` at the places of an element.
 pub(crate) fn emit_product(
     element: &Element,
@@ -46,9 +51,21 @@ pub(crate) fn emit_product(
     right: &StrainGradients,
     out: &mut dyn Entries,
 ) {
-    let (starts, length) = (&element.nodes.map(|node| 12 * node), 12);
+    let (starts, length) = (&element.starts(), 12);
     let (left, right) = (left.as_slice(), right.as_slice());
     out.add_outer(&OuterProduct { starts, length, left, right });
+}
+
+/// The same from `P_inᵀA` and `P_in'ᵀB`.
+pub(crate) fn emit_reduced(
+    element: &Element,
+    left: &StrainWrenches,
+    right: &StrainWrenches,
+    out: &mut dyn Entries,
+) {
+    let (starts, length) = (&element.starts(), 6);
+    let (left, right) = (left.as_slice(), right.as_slice());
+    out.add_reduced(&OuterProduct { starts, length, left, right });
 }
 
 impl AtCoordinates<'_> {
@@ -136,9 +153,31 @@ impl AtCoordinates<'_> {
         self.tangent(&Matrix6::zeros(), n) + self.gradients() * rates.transpose()
     }
 
+    /// `P_inᵀ ∇ε_i`, where `out` reduces both sides of an outer product at these coordinates of the
+    /// element; `None` also of mean directors, whose gradients are mostly zero.
+    pub(crate) fn wrenches_in(
+        &self,
+        out: &dyn Entries,
+        sides: [&[f64]; 2],
+    ) -> Option<StrainWrenches> {
+        let at = self.forms.as_ref()?;
+        let reduces = out.reduces_at(&self.element.starts(), sides);
+        reduces.then(|| helicoidal::wrenches(&self.x, self.element.length, &at.slopes()))
+    }
+
     /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ`, the second gradients those of `other`.
     pub fn emit_outer(&self, other: &Self, c: &Matrix6<f64>, out: &mut dyn Entries) {
-        emit_product(self.element, &self.columns(c), &other.gradients(), out);
+        let sides = [self, other].map(|at| at.x.as_slice());
+        let both = self.wrenches_in(out, sides).and_then(|own| {
+            let same = std::ptr::eq(self, other);
+            Some((own, if same { own } else { other.wrenches_in(out, sides)? }))
+        });
+        match both {
+            Some((own, others)) => {
+                emit_reduced(self.element, &product(&own.data.0, c), &others, out);
+            }
+            None => emit_product(self.element, &self.columns(c), &other.gradients(), out),
+        }
     }
 
     /// Emits [`AtCoordinates::tangent`] at the places of the element.

@@ -5,16 +5,17 @@
 //! ([`vi_core::potential::DiscretePotential::derive`]); those of mean directors cost less than
 //! their memory.
 
-use crate::at_coordinates::{AtCoordinates, emit_product};
+use crate::at_coordinates::{AtCoordinates, WRENCHES, emit_product, emit_reduced};
 use crate::element::{Element, StrainLaw};
+use crate::helicoidal::{self, FORMS, Slopes};
 use crate::small::product;
-use crate::strain::{SIZE, STRAINS, Strain};
+use crate::strain::{ElementCoordinates, SIZE, STRAINS, Strain};
 use nalgebra::Matrix6;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
-/// What an element keeps of the start of a step: `ε`, then the columns `∇ε_i`.
-pub(crate) const OF_START: usize = STRAINS + STRAINS * SIZE;
+/// What an element keeps of the start of a step: `ε`, `x`, the columns of `∂ε/∂y` and `P_inᵀ ∇ε_i`.
+pub(crate) const OF_START: usize = STRAINS + SIZE + STRAINS * FORMS + STRAINS * WRENCHES;
 
 /// An element at `q_n`.
 #[allow(clippy::large_enum_variant)] // for one evaluation, on the stack
@@ -22,16 +23,29 @@ pub(crate) enum AtStart<'a> {
     /// Of which nothing was kept.
     Here(AtCoordinates<'a>),
     /// What was kept.
-    Kept { element: &'a Element, strain: Strain, gradients: &'a [[f64; SIZE]] },
+    Kept {
+        element: &'a Element,
+        x: ElementCoordinates,
+        strain: Strain,
+        slopes: Slopes,
+        wrenches: &'a [[f64; WRENCHES]],
+    },
 }
 
 impl Element {
     /// `out ←` what it keeps of the start of a step; nothing of mean directors.
     pub(crate) fn keep_start(&self, q: &[f64], out: &mut [f64]) {
-        if self.keeps_start() {
-            let (at, (strain, gradients)) = (self.within(q), out.split_at_mut(STRAINS));
-            strain.copy_from_slice(at.strain().as_slice());
-            gradients.copy_from_slice(at.gradients().as_slice());
+        let at = self.keeps_start().then(|| self.within(q));
+        if let Some((at, forms)) = at.as_ref().and_then(|at| Some((at, at.forms.as_ref()?))) {
+            let (strain, rest) = out.split_at_mut(STRAINS);
+            let (x, rest) = rest.split_at_mut(SIZE);
+            let (slopes, wrenches) = rest.split_at_mut(STRAINS * FORMS);
+            let own = forms.slopes();
+            strain.copy_from_slice(forms.strain().as_slice());
+            x.copy_from_slice(at.x.as_slice());
+            slopes.copy_from_slice(own.as_slice());
+            let own = helicoidal::wrenches(&at.x, self.length, &own);
+            wrenches.copy_from_slice(own.as_slice());
         }
     }
 
@@ -45,10 +59,16 @@ impl Element {
         match self.kept(s, index) {
             None => AtStart::Here(self.within(&s.q0)),
             Some(kept) => {
-                let (strain, gradients) = kept.split_at(STRAINS);
-                let strain = Strain::from_column_slice(strain);
-                let (gradients, _) = gradients.as_chunks();
-                AtStart::Kept { element: self, strain, gradients }
+                let (strain, rest) = kept.split_at(STRAINS);
+                let (x, rest) = rest.split_at(SIZE);
+                let (slopes, wrenches) = rest.split_at(STRAINS * FORMS);
+                AtStart::Kept {
+                    element: self,
+                    x: ElementCoordinates::from_column_slice(x),
+                    strain: Strain::from_column_slice(strain),
+                    slopes: Slopes::from_column_slice(slopes),
+                    wrenches: wrenches.as_chunks().0,
+                }
             }
         }
     }
@@ -85,12 +105,9 @@ impl AtStart<'_> {
     pub(crate) fn scatter(&self, n: &Strain, out: &mut [f64]) {
         match self {
             Self::Here(at) => at.scatter(n, out),
-            Self::Kept { element, gradients, .. } => {
-                let mut force = [0.0; SIZE];
-                for (column, n) in gradients.iter().zip(n.iter()) {
-                    force.iter_mut().zip(column).for_each(|(force, own)| *force += n * own);
-                }
-                element.scatter(&force.into(), out);
+            Self::Kept { element, x, slopes, .. } => {
+                let by_forms = slopes.tr_mul(n).transpose();
+                element.scatter(&helicoidal::force(x, element.length, &by_forms), out);
             }
         }
     }
@@ -104,8 +121,15 @@ impl AtStart<'_> {
     ) {
         match self {
             Self::Here(at) => at.emit_outer(end, c, out),
-            Self::Kept { element, gradients, .. } => {
-                emit_product(element, &product(gradients, c), &end.gradients(), out);
+            Self::Kept { element, x, slopes, wrenches, .. } => {
+                let at = [x, &end.x].map(|x| x.as_slice());
+                match end.wrenches_in(out, at) {
+                    Some(end) => emit_reduced(element, &product(wrenches, c), &end, out),
+                    None => {
+                        let start = helicoidal::force(x, element.length, slopes);
+                        emit_product(element, &product(&start.data.0, c), &end.gradients(), out);
+                    }
+                }
             }
         }
     }

@@ -130,7 +130,7 @@ impl Element {
     #[must_use]
     #[inline]
     pub fn coordinates(&self, q: &[f64]) -> ElementCoordinates {
-        let [a, b] = self.nodes.map(|node| 12 * node);
+        let [a, b] = self.starts();
         let (a, b) = (&q[a..a + 12], &q[b..b + 12]);
         let mut x = ElementCoordinates::zeros();
         x.as_mut_slice()[..12].copy_from_slice(a);
@@ -276,6 +276,11 @@ impl Element {
     /// `x` at both ends of a step.
     pub(crate) fn ends(&self, s: &Interval) -> [ElementCoordinates; 2] {
         [self.coordinates(&s.q0), self.coordinates(&s.q1)]
+    }
+
+    /// The first coordinates of both nodes among those of all frames.
+    pub(crate) fn starts(&self) -> [usize; 2] {
+        self.nodes.map(|node| 12 * node)
     }
 
     /// The coordinate among all frames that the component `row` of `x` is.

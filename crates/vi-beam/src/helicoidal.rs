@@ -117,6 +117,43 @@ pub fn force<const N: usize>(
     SMatrix::from_fn(|i, j| rows[i][j])
 }
 
+/// `P_inᵀ Σ_k c_ik 𝔹_k x` with the directors of `x`, one column for each row of `c`: forces and
+/// torques of both nodes.
+/// ```text
+/// f_a = −Σ_I c_gI d̄_I/ℓ = −f_b,    τ_a = ½ Σ_I c_gI d_I^a×φ' + t,    τ_b = ½ Σ_I c_gI d_I^b×φ' − t
+/// t = ½ Σ_k c_ak (d_l^a×d_m^b − d_m^a×d_l^b) − ¼ c_s Σ_I d_I^a×d_I^b,      (k, m, l) cyclic
+/// ```
+#[must_use]
+#[inline]
+pub fn wrenches<const N: usize>(
+    x: &ElementCoordinates,
+    length: f64,
+    c: &SMatrix<f64, N, FORMS>,
+) -> SMatrix<f64, 12, N> {
+    let vector = |slot: usize| Vector3::new(x[3 * slot], x[3 * slot + 1], x[3 * slot + 2]);
+    let half_slope = (vector(4) - vector(0)) * (0.5 / length);
+    let [a, b] = [1, 5].map(|first| [0, 1, 2].map(|i| vector(first + i)));
+    let (mut of_g, mut turns) = ([[0.0; 12]; 3], [[0.0; 3]; 4]);
+    let mut relative = Vector3::zeros();
+    for i in 0..3 {
+        let (m, l) = ((i + 1) % 3, (i + 2) % 3);
+        let force = (a[i] + b[i]) * (0.5 / length);
+        let parts = [-force, a[i].cross(&half_slope), force, b[i].cross(&half_slope)];
+        of_g[i].as_chunks_mut().0.iter_mut().zip(parts).for_each(|(own, part)| *own = part.into());
+        turns[i] = (0.5 * (a[l].cross(&b[m]) - a[m].cross(&b[l]))).into();
+        relative -= 0.25 * a[i].cross(&b[i]);
+    }
+    turns[3] = relative.into();
+    let mut out = product(&of_g, &c.fixed_columns::<3>(0).transpose());
+    let turned = product(&turns, &c.fixed_columns::<4>(3).transpose());
+    for (own, turned) in out.data.0.iter_mut().zip(&turned.data.0) {
+        for i in 0..3 {
+            (own[3 + i], own[9 + i]) = (own[3 + i] + turned[i], own[9 + i] - turned[i]);
+        }
+    }
+    out
+}
+
 /// The sum of some columns of `c` with their factors.
 #[inline]
 fn combination<const N: usize, const TERMS: usize>(
@@ -349,7 +386,20 @@ const SERIES: [f64; 20] = {
     c
 };
 
-/// Where `k` is a series of so many terms.
+/// `c_j (j + 1)` of `c_{j+1}`: the series of a derivative.
+const fn derivative(c: [f64; 20]) -> [f64; 20] {
+    let (mut out, mut j) = ([0.0; 20], 0);
+    while j + 1 < c.len() {
+        out[j] = (j + 1) as f64 * c[j + 1];
+        j += 1;
+    }
+    out
+}
+
+/// Of `k` and two derivatives.
+const GAP: [[f64; 20]; 3] = [SERIES, derivative(SERIES), derivative(derivative(SERIES))];
+
+/// Where `k` is a series of so many terms, an even number.
 fn terms(s: f64) -> Option<usize> {
     match s {
         0.05.. => None,
@@ -359,10 +409,21 @@ fn terms(s: f64) -> Option<usize> {
     }
 }
 
+/// `Σ c_j s^j`, even and odd powers apart: two short chains of operations.
+#[inline]
+fn series(c: &[f64], s: f64) -> f64 {
+    let square = s * s;
+    let (mut even, mut odd) = (0.0, 0.0);
+    for c in c.as_chunks::<2>().0.iter().rev() {
+        (even, odd) = (even * square + c[0], odd * square + c[1]);
+    }
+    even + s * odd
+}
+
 /// `k = (f − 1)/s`; `f = 1 + s k`.
 fn gap(s: f64) -> f64 {
     match terms(s) {
-        Some(terms) => SERIES[..terms].iter().rev().fold(0.0, |k, c| k * s + c),
+        Some(terms) => series(&SERIES[..terms], s),
         None => (libm::asin(s.sqrt()) / (s * (1.0 - s)).sqrt() - 1.0) / s,
     }
 }
@@ -370,11 +431,7 @@ fn gap(s: f64) -> f64 {
 /// `k` and two derivatives.
 fn gap_with_slopes(s: f64) -> [f64; 3] {
     if let Some(terms) = terms(s) {
-        let mut k = [0.0; 3];
-        for c in SERIES[..terms].iter().rev() {
-            k = [k[0] * s + c, k[1] * s + k[0], k[2] * s + 2.0 * k[1]];
-        }
-        return k;
+        return GAP.map(|c| series(&c[..terms], s));
     }
     let (k, less, twice) = (gap(s), 1.0 - 2.0 * s, 2.0 * s * (1.0 - s));
     let f = 1.0 + s * k;
@@ -832,6 +889,16 @@ mod tests {
             assert!(error < 1e-13, "Σ c 𝔹 x off by {error:e}");
             let error = (product - force(&x, 0.4, &c.transpose())).amax();
             assert!(error < 1e-13, "force off by {error:e}");
+            let wrench = wrenches(&x, 0.4, &c.transpose());
+            for node in [0, 1] {
+                let rows = |of: usize| product.fixed_rows::<3>(12 * node + 3 * of).into_owned();
+                let torque = |i: usize| x.fixed_rows::<3>(12 * node + 3 * i).cross(&rows(i));
+                let expected = [rows(0), (1..4).map(torque).sum()];
+                for (k, expected) in expected.iter().enumerate() {
+                    let error = (wrench.fixed_rows::<3>(6 * node + 3 * k) - expected).amax();
+                    assert!(error < 1e-13, "wrench {k} of node {node} off by {error:e}");
+                }
+            }
         }
     }
 

@@ -33,6 +33,16 @@ pub trait Entries {
             &mut |row, column, value| self.add(row, column, value);
         product.for_each_entry(visit);
     }
+    /// Whether it reduces the runs of coordinates that begin at `starts` by `P(q)` and `P(q')`, with
+    /// the numbers `at` there in `q` and `q'`: [`Entries::add_reduced`] then stands for
+    /// [`Entries::add_outer`].
+    fn reduces_at(&self, _starts: &[usize], _at: [&[f64]; 2]) -> bool {
+        false
+    }
+    /// Adds `A Bᵀ` given as `PᵀA` and `P'ᵀB`, `length` rows of each run.
+    fn add_reduced(&mut self, _product: &OuterProduct<'_>) {
+        debug_assert!(false, "asked only where it reduces");
+    }
 }
 
 /// `A Bᵀ` between coordinates that stand in runs of equal length, as those of frames do: the rows

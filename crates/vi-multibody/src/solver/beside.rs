@@ -117,6 +117,14 @@ impl Entries for Own<'_> {
             self.into.add_outer(product);
         }
     }
+
+    fn reduces_at(&self, starts: &[usize], at: [&[f64]; 2]) -> bool {
+        self.q.start == 0 && self.into.reduces_at(starts, at)
+    }
+
+    fn add_reduced(&mut self, product: &OuterProduct<'_>) {
+        self.into.add_reduced(product);
+    }
 }
 
 /// [`NodalOperators`] of bodies and point masses side by side.

@@ -6,12 +6,13 @@
 //! A Bᵀ:                          (P_inᵀ A) (P_in'ᵀ B)ᵀ
 //! ```
 //! Masses are multiples of `I_3`, stiffnesses of elements outer products of strain gradients; both
-//! are reduced before they are added. What comes entry by entry is first collected in a dense
-//! block. The first emission finds the blocks; every later one is replayed into them, without a
+//! are reduced before they are added, or come reduced. What comes entry by entry is first collected
+//! in a dense block. The first emission finds the blocks; every later one is replayed into them, without a
 //! search.
 #![allow(non_snake_case)] // A, B, K, P
 
 use nalgebra::{Matrix6, Vector3, Vector6};
+use pulp::Arch;
 use vi_core::sparse::{Entries, OuterProduct};
 
 /// The coordinates of a member in `q`: 12 of a frame, 2 or 3 of a point mass.
@@ -74,7 +75,7 @@ pub(crate) struct MemberBlocks {
     outer: Vec<usize>, // blocks of outer products, by rows
     values: Vec<f64>,  // entries of K
     reduced: Vec<Matrix6<f64>>,
-    factors: [Vec<Vector6<f64>>; 2], // scratch  P_inᵀ A, P_in'ᵀ B
+    factors: [Vec<[f64; 6]>; 2], // scratch  P_inᵀ A, P_in'ᵀ B
 }
 
 /// A place of the first emission.
@@ -130,7 +131,7 @@ struct TermReplay<'a> {
     values: &'a mut [f64],
     reduced: &'a mut [Matrix6<f64>],
     outer: &'a [usize],
-    factors: &'a mut [Vec<Vector6<f64>>; 2],
+    factors: &'a mut [Vec<[f64; 6]>; 2],
     slots: &'a [Slot],
     next: usize,
     q: [&'a [f64]; 2], // where P_in, P_in' are taken
@@ -176,40 +177,58 @@ impl Entries for TermReplay<'_> {
         };
         self.next += 1;
         let runs = product.starts.len();
-        let rank = product.left.len() / (FRAME * runs);
+        let count = product.left.len() / FRAME;
         let [left, right] = &mut *self.factors;
         let sides =
             [(product.left, self.q[0], &mut *left), (product.right, self.q[1], &mut *right)];
         for (columns, q, out) in sides {
-            for (column, all) in columns.chunks_exact(FRAME * runs).enumerate() {
-                for (run, (own, &first)) in all.chunks_exact(FRAME).zip(product.starts).enumerate()
-                {
-                    out[rank * run + column] = Span { first, size: FRAME }.shrink(q, |i| own[i]);
-                }
+            for (k, (own, out)) in columns.chunks_exact(FRAME).zip(out).enumerate() {
+                let first = product.starts[k % runs];
+                *out = Span { first, size: FRAME }.shrink(q, |i| own[i]).into();
             }
         }
-        let blocks = self.outer[first..].chunks_exact(runs).take(runs);
-        for (a, blocks) in blocks.enumerate() {
-            for (b, block) in blocks.iter().enumerate() {
-                let of = |run: usize| rank * run..rank * (run + 1);
-                add_products(&left[of(a)], &right[of(b)], &mut self.reduced[*block]);
-            }
-        }
+        let sides = [&left[..count], &right[..count]];
+        add_products(sides, runs, &self.outer[first..], self.reduced);
+    }
+
+    /// Of frames, where `P_in` and `P_in'` are taken at these coordinates.
+    fn reduces_at(&self, starts: &[usize], at: [&[f64]; 2]) -> bool {
+        let holds = |(q, at): (&[f64], &[f64])| {
+            starts.iter().zip(at.chunks_exact(FRAME)).all(|(first, at)| q[*first..][..FRAME] == *at)
+        };
+        matches!(self.peek(), Slot::Outer(_)) && self.q.into_iter().zip(at).all(holds)
+    }
+
+    fn add_reduced(&mut self, product: &OuterProduct<'_>) {
+        let Slot::Outer(first) = self.next() else { return };
+        let sides = [product.left, product.right].map(|own| own.as_chunks().0);
+        add_products(sides, product.starts.len(), &self.outer[first..], self.reduced);
     }
 }
 
-/// `B ← B + Σ a bᵀ`.
-#[inline]
-fn add_products(a: &[Vector6<f64>], b: &[Vector6<f64>], B: &mut Matrix6<f64>) {
-    for (j, mut column) in B.column_iter_mut().enumerate() {
-        let mut sum: Vector6<f64> = column.clone_owned();
-        for (a, b) in a.iter().zip(b) {
-            for i in 0..6 {
-                sum[i] += a[i] * b[j];
+/// `B ← B + Σ a bᵀ` in the blocks between the runs of reduced columns.
+fn add_products(
+    [left, right]: [&[[f64; 6]]; 2],
+    runs: usize,
+    blocks: &[usize],
+    reduced: &mut [Matrix6<f64>],
+) {
+    Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for (at, block) in blocks[..runs * runs].iter().enumerate() {
+                let (a, b) = (at / runs, at % runs);
+                let mut sums = reduced[*block].data.0;
+                for (left, right) in left.chunks_exact(runs).zip(right.chunks_exact(runs)) {
+                    let (left, right) = (&left[a], &right[b]);
+                    for (sums, right) in sums.iter_mut().zip(right) {
+                        sums.iter_mut().zip(left).for_each(|(sum, left)| *sum += left * right);
+                    }
+                }
+                reduced[*block].data.0 = sums;
             }
-        }
-        column.copy_from(&sum);
-    }
+        },
+    );
 }
 
 /// Adds what `value I_3` is between the vectors `a` and `b` of two frames; `None`: the centre.
@@ -285,7 +304,7 @@ impl MemberBlocks {
         self.spans = spans.to_vec();
         self.find_slots(&member_of, &places);
         self.reduced = vec![Matrix6::zeros(); self.couplings.len()];
-        self.factors = [0, 1].map(|_| vec![Vector6::zeros(); widest]);
+        self.factors = [0, 1].map(|_| vec![[0.0; 6]; widest]);
     }
 
     fn find_slots(&mut self, member_of: &[usize], places: &[EmittedTerm]) {

@@ -75,6 +75,14 @@ impl ReducedMatrix {
                 B += spin[span.first / 12];
             }
             for b in &self.runs[self.members[coupling.column].clone()] {
+                let rows = &self.runs[self.members[coupling.row].clone()];
+                if let (true, [root]) = (separated && b.is_root, rows)
+                    && root.is_root
+                {
+                    let tile = targets.next().map_or(0..0, |k| self.tiles[*k].values.clone());
+                    add_transposed(&B.data.0, &mut self.values[tile]);
+                    continue;
+                }
                 // B J'
                 let mut images: [Vector6<f64>; 6] = std::array::from_fn(|k| B.column(k).into());
                 if !(separated && b.is_root) {
@@ -83,7 +91,6 @@ impl ReducedMatrix {
                     }
                 }
                 let images = &images[..b.columns.len()];
-                let rows = &self.runs[self.members[coupling.row].clone()];
                 for (a, tile) in rows.iter().zip(&mut targets) {
                     let out = &mut self.values[self.tiles[*tile].values.clone()];
                     match separated && a.is_root {
@@ -260,6 +267,14 @@ fn elimination_of(groups: &[Range<usize>], tiles: &[Tile]) -> Option<BlockLu> {
     let sizes: Vec<usize> = groups.iter().map(ExactSizeIterator::len).collect();
     let places: Vec<_> = tiles.iter().map(|tile| [tile.row, tile.column]).collect();
     BlockLu::new(&sizes, &places)
+}
+
+/// Adds a block, column by column, by rows.
+#[inline]
+fn add_transposed(B: &[[f64; 6]; 6], out: &mut [f64]) {
+    for (i, row) in out.as_chunks_mut::<6>().0.iter_mut().enumerate() {
+        row.iter_mut().zip(B).for_each(|(value, column)| *value += column[i]);
+    }
 }
 
 /// Adds `B J'_j` by rows.
