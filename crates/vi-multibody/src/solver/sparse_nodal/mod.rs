@@ -82,7 +82,13 @@ pub struct SparseNodal {
     u: Vec<f64>,   // d  increments u of the unknowns
     current: bool, // `u` and `screws` are those of the last trial
     chord: Chord,
+    momentum: f64,  // largest entry of p̄_n at a centre
+    extent: f64,    // m, of q_n
+    left_over: f64, // the last balance as part of the momentum, and of that by the extent
 }
+
+/// Part of the momenta that a step may hand on to the next one: far below what observers see.
+const HANDED_ON: f64 = 1e-12;
 
 impl SparseNodal {
     /// Operators for the spanning tree of a mechanism.
@@ -105,6 +111,9 @@ impl SparseNodal {
             u,
             current: false,
             chord,
+            momentum: 0.0,
+            extent: 0.0,
+            left_over: f64::INFINITY,
         }
     }
 
@@ -267,10 +276,12 @@ impl NodalOperators for SparseNodal {
 
     fn take_momentum(&mut self, p: &[f64], h: f64) {
         self.flight.open(self.layout.frames(), p, h);
+        let centers = p[..12 * self.layout.frames()].chunks_exact(12).map(|frame| &frame[..3]);
+        self.momentum = centers.map(norm_inf).fold(0.0, f64::max);
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
-        self.current = false;
+        (self.current, self.extent) = (false, extent(&s.q0[..12 * self.layout.frames()]));
         self.chord.forget();
         if let Some(last) = last {
             self.take_tangent(last.u, last.s);
@@ -290,6 +301,14 @@ impl NodalOperators for SparseNodal {
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         self.layout.pull_back(&self.left, w, out);
+        if self.by_screws {
+            let part = |block: &Block| {
+                let arm = if block.kind == BlockKind::Rotation { self.extent } else { 1.0 };
+                norm_inf(&out[block.range.clone()]) / (self.momentum * arm)
+            };
+            let larger = |a: f64, b: f64| if b <= a { a } else { b }; // at rest not a number
+            self.left_over = self.blocks.iter().map(part).fold(0.0, larger);
+        }
     }
 
     /// As wrenches on free roots: screws are components along directors, which rotate.
@@ -334,7 +353,8 @@ impl NodalOperators for SparseNodal {
     fn precision(&self) -> Precision {
         let precision = Precision::of_balances_if(!self.by_screws);
         let closing_size = match self.by_screws {
-            true => self.chord.closing_size(),
+            true if self.left_over <= HANDED_ON => self.chord.closing_size(),
+            true => 0.0,
             false if self.chord.keeps_factors() => 0.0,
             false => precision.closing_size,
         };
