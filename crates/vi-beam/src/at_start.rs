@@ -7,7 +7,7 @@
 
 use crate::at_coordinates::{AtCoordinates, WRENCHES, emit_product, emit_reduced};
 use crate::element::{Element, StrainLaw};
-use crate::helicoidal::{self, FORMS, Slopes};
+use crate::helicoidal::{self, FORMS, Forms, Slopes};
 use crate::small::product;
 use crate::strain::{ElementCoordinates, SIZE, STRAINS, Strain};
 use nalgebra::Matrix6;
@@ -25,9 +25,9 @@ pub(crate) enum AtStart<'a> {
     /// What was kept.
     Kept {
         element: &'a Element,
-        x: ElementCoordinates,
+        x: &'a [f64], // 24
         strain: Strain,
-        slopes: Slopes,
+        slopes: &'a [[f64; STRAINS]], // by forms
         wrenches: &'a [[f64; WRENCHES]],
     },
 }
@@ -55,6 +55,7 @@ impl Element {
     }
 
     /// It at the start of a step in which it is the element `index`.
+    #[inline(always)]
     pub(crate) fn at_start<'a>(&'a self, s: &'a Interval, index: usize) -> AtStart<'a> {
         match self.kept(s, index) {
             None => AtStart::Here(self.within(&s.q0)),
@@ -64,9 +65,9 @@ impl Element {
                 let (slopes, wrenches) = rest.split_at(STRAINS * FORMS);
                 AtStart::Kept {
                     element: self,
-                    x: ElementCoordinates::from_column_slice(x),
+                    x,
                     strain: Strain::from_column_slice(strain),
-                    slopes: Slopes::from_column_slice(slopes),
+                    slopes: slopes.as_chunks().0,
                     wrenches: wrenches.as_chunks().0,
                 }
             }
@@ -106,8 +107,13 @@ impl AtStart<'_> {
         match self {
             Self::Here(at) => at.scatter(n, out),
             Self::Kept { element, x, slopes, .. } => {
-                let by_forms = slopes.tr_mul(n).transpose();
-                element.scatter(&helicoidal::force(x, element.length, &by_forms), out);
+                let mut by_forms = Forms::zeros();
+                for (own, slopes) in by_forms.iter_mut().zip(*slopes) {
+                    *own = slopes.iter().zip(n.iter()).map(|(slope, n)| slope * n).sum();
+                }
+                let x = ElementCoordinates::from_column_slice(x);
+                let force = helicoidal::force(&x, element.length, &by_forms.transpose());
+                element.scatter(&force, out);
             }
         }
     }
@@ -122,11 +128,13 @@ impl AtStart<'_> {
         match self {
             Self::Here(at) => at.emit_outer(end, c, out),
             Self::Kept { element, x, slopes, wrenches, .. } => {
-                let at = [x, &end.x].map(|x| x.as_slice());
-                match end.wrenches_in(out, at) {
+                match end.wrenches_in(out, [x, end.x.as_slice()]) {
                     Some(end) => emit_reduced(element, &product(wrenches, c), &end, out),
                     None => {
-                        let start = helicoidal::force(x, element.length, slopes);
+                        let (x, slopes) =
+                            (ElementCoordinates::from_column_slice(x), slopes.as_flattened());
+                        let slopes = Slopes::from_column_slice(slopes);
+                        let start = helicoidal::force(&x, element.length, &slopes);
                         emit_product(element, &product(&start.data.0, c), &end.gradients(), out);
                     }
                 }

@@ -157,6 +157,7 @@ struct Scaled<'a> {
 
 impl Scaled<'_> {
     /// The element at the start of a step.
+    #[inline(always)]
     fn start<'b>(&'b self, s: &'b Interval) -> AtStart<'b> {
         self.element.at_start(s, self.index)
     }

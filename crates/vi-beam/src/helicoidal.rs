@@ -397,7 +397,7 @@ const fn derivative(c: [f64; 20]) -> [f64; 20] {
 }
 
 /// Of `k` and two derivatives.
-const GAP: [[f64; 20]; 3] = [SERIES, derivative(SERIES), derivative(derivative(SERIES))];
+static GAP: [[f64; 20]; 3] = [SERIES, derivative(SERIES), derivative(derivative(SERIES))];
 
 /// Where `k` is a series of so many terms, an even number.
 fn terms(s: f64) -> Option<usize> {
@@ -423,7 +423,7 @@ fn series(c: &[f64], s: f64) -> f64 {
 /// `k = (f − 1)/s`; `f = 1 + s k`.
 fn gap(s: f64) -> f64 {
     match terms(s) {
-        Some(terms) => series(&SERIES[..terms], s),
+        Some(terms) => series(&GAP[0][..terms], s),
         None => (libm::asin(s.sqrt()) / (s * (1.0 - s)).sqrt() - 1.0) / s,
     }
 }
@@ -431,7 +431,7 @@ fn gap(s: f64) -> f64 {
 /// `k` and two derivatives.
 fn gap_with_slopes(s: f64) -> [f64; 3] {
     if let Some(terms) = terms(s) {
-        return GAP.map(|c| series(&c[..terms], s));
+        return std::array::from_fn(|k| series(&GAP[k][..terms], s));
     }
     let (k, less, twice) = (gap(s), 1.0 - 2.0 * s, 2.0 * s * (1.0 - s));
     let f = 1.0 + s * k;
