@@ -107,10 +107,11 @@ fn what_is_left_of_a_balance_is_handed_on() {
             drift[1] = drift[1].max(distance(&now.angular, &first.angular));
         }
         let mean = f64::from(iterations as u32) / f64::from(steps);
-        let size = common::largest(first.angular);
-        println!("{strains:?}: momenta drift by {drift:.1e} of {size:.0}, {mean:.2} iterations");
+        let sizes = [first.linear, first.angular].map(common::largest);
+        let parts = [drift[0] / sizes[0], drift[1] / sizes[1]];
+        println!("{strains:?}: momenta drift by {parts:?} of themselves, {mean:.2} iterations");
         assert!(mean < 2.2, "{mean} iterations");
-        assert!(drift[0] < 1e-13 && drift[1] < 1e-12, "{drift:?}");
+        assert!(parts[0] < 5e-14 && parts[1] < 5e-14, "{parts:?}");
     }
 }
 
