@@ -71,6 +71,26 @@ fn coupling(angle: &Vector3<f64>, section: &Section) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::strain::Strain;
+    use vi_testkit::Sample;
+
+    #[test]
+    fn the_element_that_is_curved_most_is_named_with_its_angle() {
+        let mut sample = Sample::new(41);
+        let (elements, q) = (random_elements(&mut sample).0, near_frames(&mut sample));
+        let mut elements = with_strains(elements, ElementKind::Helicoidal, &q);
+        for (most, curvatures) in [(1, [0.3, 0.9]), (0, [0.9, 0.3])] {
+            for (k, curvature) in curvatures.into_iter().enumerate() {
+                elements.set_reference(k, Strain::new(0.0, 0.0, 1.0, 0.0, curvature, 0.0));
+            }
+            let found = most_coupled(&elements, elements.list()).unwrap();
+            assert_eq!(found.element, most, "{found:?}");
+            assert!((found.angle - 0.8 * 0.9).abs() < 1e-15, "{found:?}");
+        }
+        (0..2).for_each(|k| elements.set_reference(k, Strain::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)));
+        assert_eq!(most_coupled(&elements, elements.list()), None);
+    }
 
     /// An arc of a strip, a blade and an open section about one axis: the ratio of the stiffnesses
     /// about the two others decides, whichever is the larger.
