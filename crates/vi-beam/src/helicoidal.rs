@@ -120,7 +120,7 @@ pub fn force<const N: usize>(
 /// `P_inᵀ Σ_k c_ik 𝔹_k x` with the directors of `x`, one column for each row of `c`: forces and
 /// torques of both nodes.
 /// ```text
-/// f_a = −Σ_I c_gI d̄_I/ℓ = −f_b,    τ_a = ½ Σ_I c_gI d_I^a×φ' + t,    τ_b = ½ Σ_I c_gI d_I^b×φ' − t
+/// f_a = −Σ_I c_gI d̄_I/ℓ = −f_b,   τ_a = ½ Σ_I c_gI d_I^a×φ' + t,   τ_b = ½ Σ_I c_gI d_I^b×φ' − t
 /// t = ½ Σ_k c_ak (d_l^a×d_m^b − d_m^a×d_l^b) − ¼ c_s Σ_I d_I^a×d_I^b,      (k, m, l) cyclic
 /// ```
 #[must_use]

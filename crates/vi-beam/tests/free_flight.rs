@@ -87,34 +87,6 @@ fn momentum_energy_and_reversal() {
     }
 }
 
-/// A step ends where what is left of its balance is handed on: two corrections where the motion is
-/// resolved, and momenta do not drift.
-#[test]
-fn what_is_left_of_a_balance_is_handed_on() {
-    for strains in [ElementKind::MeanDirectors, ElementKind::Helicoidal] {
-        let mut model = model(&straight(10.0, 12), flying_section());
-        let q = model.configuration();
-        model.elements.set_strains(0..12, strains, &q).unwrap();
-        let mechanism = model.mechanism();
-        let mut run = run(&model, StrainRule::MassScaled, SchemeKind::Nodal, 1e-3);
-        let momentum = |run: &Run| mechanism.momentum(&run.state().q, &run.state().p);
-        let (first, mut drift, steps) = (momentum(&run), [0.0_f64; 2], 4000);
-        let mut iterations = 0;
-        for _ in 0..steps {
-            iterations += run.step().unwrap().iterations;
-            let now = momentum(&run);
-            drift[0] = drift[0].max(distance(&now.linear, &first.linear));
-            drift[1] = drift[1].max(distance(&now.angular, &first.angular));
-        }
-        let mean = f64::from(iterations as u32) / f64::from(steps);
-        let sizes = [first.linear, first.angular].map(common::largest);
-        let parts = [drift[0] / sizes[0], drift[1] / sizes[1]];
-        println!("{strains:?}: momenta drift by {parts:?} of themselves, {mean:.2} iterations");
-        assert!(mean < 2.2, "{mean} iterations");
-        assert!(parts[0] < 5e-14 && parts[1] < 5e-14, "{parts:?}");
-    }
-}
-
 #[test]
 fn lumped_masses_fly_too() {
     let mut model = model(&straight(10.0, 8), flying_section());

@@ -33,8 +33,8 @@ pub trait Entries {
             &mut |row, column, value| self.add(row, column, value);
         product.for_each_entry(visit);
     }
-    /// Whether it reduces the runs of coordinates that begin at `starts` by `P(q)` and `P(q')`, with
-    /// the numbers `at` there in `q` and `q'`: [`Entries::add_reduced`] then stands for
+    /// Whether it reduces the runs of coordinates that begin at `starts` by `P(q)` and `P(q')`,
+    /// with the numbers `at` there in `q` and `q'`: [`Entries::add_reduced`] then stands for
     /// [`Entries::add_outer`].
     fn reduces_at(&self, _starts: &[usize], _at: [&[f64]; 2]) -> bool {
         false

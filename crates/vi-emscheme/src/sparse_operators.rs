@@ -76,12 +76,10 @@ impl<C> EmOperators<C> for SparseOperators {
         self.sparse.pull_back(w, out);
     }
 
-    /// Not of screws, which are components along directors that rotate.
     fn carry_balance(&mut self, r: &[f64], carried: &mut Vec<f64>) {
         carried.clear();
-        if !self.sparse.has_screws() {
-            carried.extend_from_slice(r);
-        }
+        carried.extend_from_slice(r);
+        self.sparse.carry_balance(carried);
     }
 
     fn linearization(&self) -> EmLinearization {

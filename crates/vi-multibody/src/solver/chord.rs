@@ -63,14 +63,6 @@ impl Chord {
         self.last.is_some_and(|last| last.ratio.is_some())
     }
 
-    /// The largest correction after which the next one is rounding, `ρ s ≤ 4ε`; zero after one by
-    /// factors of its own iterate. Only for problems whose residual is handed on: what is left of
-    /// it is then not lost.
-    pub(crate) fn closing_size(&self) -> f64 {
-        let ratio = self.last.and_then(|last| last.ratio);
-        ratio.map_or(0.0, |ratio| 4.0 * f64::EPSILON / ratio)
-    }
-
     /// The factors serve no longer.
     pub(crate) fn forget(&mut self) {
         self.last = None;

@@ -7,8 +7,8 @@
 //! ```
 //! Masses are multiples of `I_3`, stiffnesses of elements outer products of strain gradients; both
 //! are reduced before they are added, or come reduced. What comes entry by entry is first collected
-//! in a dense block. The first emission finds the blocks; every later one is replayed into them, without a
-//! search.
+//! in a dense block. The first emission finds the blocks; every later one is replayed into them,
+//! without a search.
 #![allow(non_snake_case)] // A, B, K, P
 
 use nalgebra::{Matrix6, Vector3, Vector6};

@@ -339,12 +339,8 @@ impl NodalOperators for LoopNodal {
         self.solver.operators_mut().close(r);
     }
 
-    /// Not of elements, whose roots have screws.
     fn carry_balance(&self, r: &mut [f64]) {
-        match self.elements {
-            true => r.fill(0.0),
-            false => self.solver.operators().carry_balance(r),
-        }
+        self.solver.operators().carry_balance(r);
         self.loops.clusters.iter().for_each(|cluster| cluster.clear_closure(r));
     }
 

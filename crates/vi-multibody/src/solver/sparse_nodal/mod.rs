@@ -82,13 +82,7 @@ pub struct SparseNodal {
     u: Vec<f64>,   // d  increments u of the unknowns
     current: bool, // `u` and `screws` are those of the last trial
     chord: Chord,
-    momentum: f64,  // largest entry of p̄_n at a centre
-    extent: f64,    // m, of q_n
-    left_over: f64, // the last balance as part of the momentum, and of that by the extent
 }
-
-/// Part of the momenta that a step may hand on to the next one: far below what observers see.
-const HANDED_ON: f64 = 1e-12;
 
 impl SparseNodal {
     /// Operators for the spanning tree of a mechanism.
@@ -111,9 +105,6 @@ impl SparseNodal {
             u,
             current: false,
             chord,
-            momentum: 0.0,
-            extent: 0.0,
-            left_over: f64::INFINITY,
         }
     }
 
@@ -135,12 +126,6 @@ impl SparseNodal {
     pub fn in_flight(mut self, mechanism: &Mechanism, mass: &SparseMatrix) -> Self {
         self.flight = Flight::new(mechanism, mass);
         self
-    }
-
-    /// Whether the unknowns of free roots are screws.
-    #[must_use]
-    pub fn has_screws(&self) -> bool {
-        self.by_screws
     }
 
     /// `self.u ←` the increments that belong to the unknowns.
@@ -276,12 +261,10 @@ impl NodalOperators for SparseNodal {
 
     fn take_momentum(&mut self, p: &[f64], h: f64) {
         self.flight.open(self.layout.frames(), p, h);
-        let centers = p[..12 * self.layout.frames()].chunks_exact(12).map(|frame| &frame[..3]);
-        self.momentum = centers.map(norm_inf).fold(0.0, f64::max);
     }
 
     fn begin(&mut self, s: &Interval, _memory: &Memory, last: Option<LastStep<'_>>) {
-        (self.current, self.extent) = (false, extent(&s.q0[..12 * self.layout.frames()]));
+        self.current = false;
         self.chord.forget();
         if let Some(last) = last {
             self.take_tangent(last.u, last.s);
@@ -301,27 +284,13 @@ impl NodalOperators for SparseNodal {
 
     fn pull_back(&mut self, w: &[f64], out: &mut [f64]) {
         self.layout.pull_back(&self.left, w, out);
-        if self.by_screws {
-            let part = |block: &Block| {
-                let arm = if block.kind == BlockKind::Rotation { self.extent } else { 1.0 };
-                norm_inf(&out[block.range.clone()]) / (self.momentum * arm)
-            };
-            let larger = |a: f64, b: f64| if b <= a { a } else { b }; // at rest not a number
-            self.left_over = self.blocks.iter().map(part).fold(0.0, larger);
-        }
     }
 
-    /// As wrenches on free roots: screws are components along directors, which rotate.
+    /// Screws are components along the directors of `q_n`, which rotate: their residual means
+    /// something else at the next node.
     fn carry_balance(&self, r: &mut [f64]) {
-        let Self { layout, left, .. } = self;
-        if self.by_screws && layout.solve_roots_transposed(left, r).is_err() {
-            r.fill(0.0);
-        }
-    }
-
-    fn take_balance(&mut self, r: &mut [f64]) {
         if self.by_screws {
-            self.layout.apply_roots_transposed(&self.left, r);
+            r.fill(0.0);
         }
     }
 
@@ -352,13 +321,10 @@ impl NodalOperators for SparseNodal {
 
     fn precision(&self) -> Precision {
         let precision = Precision::of_balances_if(!self.by_screws);
-        let closing_size = match self.by_screws {
-            true if self.left_over <= HANDED_ON => self.chord.closing_size(),
-            true => 0.0,
-            false if self.chord.keeps_factors() => 0.0,
-            false => precision.closing_size,
-        };
-        Precision { closing_size, ..precision }
+        match self.chord.keeps_factors() {
+            true => Precision { closing_size: 0.0, ..precision },
+            false => precision,
+        }
     }
 
     fn clean(&mut self, _t: f64, q: &mut [f64]) {
