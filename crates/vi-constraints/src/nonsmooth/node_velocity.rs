@@ -18,6 +18,8 @@ use vi_core::linear::{dot, norm_inf};
 
 /// A residual of velocities in parts of the largest one.
 const SETTLED: f64 = 1e-13;
+/// What impulses that balance one another change, in parts of what each one does alone.
+const SINGULAR: f64 = 1e-12;
 /// Most iterations.
 const ITERATIONS: usize = 200;
 
@@ -78,7 +80,8 @@ impl NodeVelocity {
             let rows = 0..k;
             image.extend(rows.map(|i| if free[i] { W.product(i, |j| direction[j]) } else { 0.0 }));
             let curvature = dot(direction, image);
-            if curvature.is_nan() || curvature <= 0.0 {
+            let alone = direction.iter().enumerate().map(|(i, d)| d * d * W.at(i, i)).sum::<f64>();
+            if curvature.is_nan() || curvature <= SINGULAR * alone {
                 break; // nothing but what balances itself is left
             }
             let length = size / curvature;
