@@ -1,5 +1,5 @@
 //! Bodies that touch at more points than they have freedoms and are hit: steps go on where no
-//! impulses of Coulomb's law are found, and what is approximate then is counted.
+//! impulses obey all laws, and what is approximate then is counted.
 
 use super::shape_runs::{model, momenta_off, rule, solid};
 use holonom::Simulation;
@@ -9,7 +9,7 @@ use vi_testkit::model::heavy;
 /// Eight cubes that touch one another, and a ball that spins, without gravity: each joins, slides
 /// and parts from the others.
 fn cubes_and_ball() -> String {
-    let times = "step = 0.002, end = 0.1, contact = \"stepping\"";
+    let times = "step = 0.005, end = 0.1, contact = \"stepping\"";
     let mut text = heavy("cubes", [0.0; 3], times);
     for k in 0..8 {
         let at = [k % 2, k / 2 % 2, k / 4].map(|i| 0.1 * f64::from(i));
@@ -38,8 +38,8 @@ fn cubes_that_are_hit_keep_their_momentum_and_gain_no_energy() {
     assert!(off < 1e-13, "{off:e}");
     assert!(rise < 1e-6 * first.energy, "{rise:e}");
     assert!(counts.relaxed > 0 && counts.divided == 0, "{counts:?}");
-    assert!(counts.largest_deviation > 0.0 && counts.largest_deviation < 0.1, "{counts:?}");
-    // what closes beside its law here is what the end of an iteration leaves
+    assert!((1e-10..1e-5).contains(&counts.largest_deviation), "{counts:?}");
+    // what closes beside its law does so by no more than that
     let gap = counts.smallest_gap.unwrap();
-    assert!(gap > -1e-6 * 3.0 * 0.002, "{gap:e}");
+    assert!(gap < 0.0 && gap > -counts.largest_deviation * 0.005, "{gap:e}");
 }

@@ -43,7 +43,7 @@ mod problem;
 mod residual;
 mod sparse_rows;
 
-pub use convex::{ConvexReport, ConvexSolver};
+pub use convex::{ConvexReport, ConvexSolver, Repeated};
 pub use problem::Cone;
 pub use sparse_rows::SparseRows;
 

@@ -4,7 +4,7 @@
 
 use crate::cone::Problem;
 use nalgebra::{DMatrix, DVector, Vector3};
-use vi_core::cone::{Cone, ConvexSolver, SparseRows};
+use vi_core::cone::{Cone, ConvexSolver, Repeated, SparseRows};
 use vi_testkit::Sample;
 
 /// Spheres in columns beside one another in a box without a lid; so many of 100 neighbours touch.
@@ -86,8 +86,8 @@ fn beds_of_spheres_obey_the_laws() {
                 problem.w = columns.tr_mul(&fall);
             }
             let (w, impulse) = (problem.w.as_slice(), lambda.as_mut_slice());
-            let mut follow =
-                || solver.follow(&problem.cones, L, (w, [10.0, 1e-13]), impulse).unwrap();
+            let repeated = Repeated { first: 10.0, within: 1e-13, speeds: problem.w.amax() };
+            let mut follow = || solver.follow(&problem.cones, L, (w, repeated), impulse).unwrap();
             let mut report = follow();
             for _ in 0..4 {
                 if report.left > 1e-13 {

@@ -16,7 +16,7 @@ use super::islands::Islands;
 use super::node_law::{Contact, Drive, Kind, Rows};
 use super::unilateral::{ContactRows, Elements};
 use crate::scheme::StepError;
-use vi_core::cone::{Cone, ConeFault, ConeSolver, ConvexSolver, SparseRows};
+use vi_core::cone::{Cone, ConeFault, ConeSolver, ConvexSolver, Repeated, SparseRows};
 use vi_core::linear::norm_inf;
 
 /// A step far from its solution moves the points of a body apart by its rotation squared: no
@@ -24,6 +24,8 @@ use vi_core::linear::norm_inf;
 const NEARBY: f64 = 1e-3;
 /// In so many solutions of a step the nearest ones are not looked for any further.
 pub(super) const EARLY: usize = 4;
+/// Impulses of many rows that grow by more balance one another: rounding would be left of momenta.
+const GROWS: f64 = 100.0;
 /// So often many rows are solved exactly in vain.
 const TRIES: usize = 3;
 /// Most rows that are always solved exactly.
@@ -38,8 +40,12 @@ const LEFT: f64 = 4e-10;
 const FIRST: f64 = 10.0;
 const NEARER: f64 = 100.0;
 const LAST: f64 = 1e5;
-/// Solutions of a step before there is a compliance, and before the least slip counts with it.
+/// What the first proximal steps may leave, relative to velocities: the step is solved again.
+const ROUGHLY: f64 = 1e-6;
+/// Solutions of a step, and those that do not obey the laws, before there is a compliance; before
+/// the least slip counts with it.
 const LEADS: usize = 12;
+const MISSES: usize = 4;
 pub(super) const FROZEN: usize = 24;
 /// What laws with a compliance may leave, relative to velocities.
 const WIDE: f64 = 1e-2;
@@ -80,8 +86,9 @@ struct ProximalRows {
     columns: Vec<u32>,                   // of the factor of W: their places in the island
     u: Vec<f64>,                         // Lᵀ Λ
     rho: f64,
-    left: f64,   // by what velocities violate the laws, m/s
-    within: f64, // what they may
+    left: f64,     // by what velocities violate the laws, m/s
+    within: f64,   // what they may
+    misses: usize, // solutions that do not obey the laws
     is_compliant: bool,
     reference: Vec<f64>, // m  impulses that a compliance is about
     given: Vec<f64>,     // those to be found
@@ -132,7 +139,8 @@ impl ActiveRows {
         }
         self.response.clear();
         (self.passes, self.failures, self.is_exact) = (0, 0, false);
-        (self.proximal.rho, self.proximal.is_compliant) = (FIRST, false);
+        let own = &mut self.proximal;
+        (own.rho, own.misses, own.is_compliant) = (FIRST, 0, false);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -277,8 +285,12 @@ impl ActiveRows {
         }
         let is_early = self.passes <= EARLY;
         let Self { cones, W, w, errors, found, .. } = self;
+        let most = if looks { GROWS * norm_inf(found) } else { f64::INFINITY };
         self.solver.end_early((looks || is_early).then_some(f64::INFINITY));
-        let solved = self.solver.solve_within(cones, W, (w, errors), found);
+        let mut solved = self.solver.solve_within(cones, W, (w, errors), found);
+        if norm_inf(found) > most {
+            solved = Err(ConeFault::NoConvergence { residual: f64::INFINITY, cones: cones.len() });
+        }
         self.is_exact = solved.is_ok();
         self.failures += usize::from(!self.is_exact);
         match solved {
@@ -298,13 +310,17 @@ impl ActiveRows {
         let L = SparseRows { ends, places, values };
         let rounding = norm_inf(errors);
         own.within = rounding.max(LEFT * speeds);
+        let mut asked = own.within;
         let solved = if own.is_compliant {
             let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
             own.given.clear();
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            own.solver.follow(cones, L, (w, [own.rho, rounding]), found)
+            let part = if self.passes == 1 { ROUGHLY * speeds } else { 0.0 };
+            asked = asked.max(part);
+            let repeated = Repeated { first: own.rho, within: rounding.max(part), speeds };
+            own.solver.follow(cones, L, (w, repeated), found)
         };
         own.left = match solved {
             Ok(report) => report.left,
@@ -312,7 +328,9 @@ impl ActiveRows {
             Err(fault) => return Err(fault),
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
-        if self.passes >= LEADS && !own.is_compliant {
+        own.misses += usize::from(own.left > asked);
+        let ends = self.passes >= LEADS || own.misses == MISSES;
+        if ends && !own.is_compliant {
             own.is_compliant = true;
             own.reference.clone_from(lambda);
             own.rho = (speeds / own.left).clamp(FIRST, LAST);
