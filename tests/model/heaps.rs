@@ -38,7 +38,7 @@ fn cubes_that_are_hit_keep_their_momentum_and_gain_no_energy() {
     assert!(off < 1e-13, "{off:e}");
     assert!(rise < 1e-6 * first.energy, "{rise:e}");
     assert!(counts.relaxed > 0 && counts.divided == 0, "{counts:?}");
-    assert!((1e-10..1e-5).contains(&counts.largest_deviation), "{counts:?}");
+    assert!((1e-10..1e-4).contains(&counts.largest_deviation), "{counts:?}");
     // what closes beside its law does so by no more than that
     let gap = counts.smallest_gap.unwrap();
     assert!(gap < 0.0 && gap > -counts.largest_deviation * 0.005, "{gap:e}");

@@ -86,7 +86,7 @@ fn beds_of_spheres_obey_the_laws() {
                 problem.w = columns.tr_mul(&fall);
             }
             let (w, impulse) = (problem.w.as_slice(), lambda.as_mut_slice());
-            let repeated = Repeated { first: 10.0, within: 1e-13, speeds: problem.w.amax() };
+            let repeated = Repeated { first: 10.0, within: 1e-13 };
             let mut follow = || solver.follow(&problem.cones, L, (w, repeated), impulse).unwrap();
             let mut report = follow();
             for _ in 0..4 {

@@ -24,7 +24,9 @@ use vi_core::linear::norm_inf;
 const NEARBY: f64 = 1e-3;
 /// In so many solutions of a step the nearest ones are not looked for any further.
 pub(super) const EARLY: usize = 4;
-/// Impulses of many rows that grow by more balance one another: rounding would be left of momenta.
+/// Impulses of more rows than these that grow by more than this balance one another: rounding would
+/// be left of momenta.
+const MANY: usize = 60;
 const GROWS: f64 = 100.0;
 /// So often many rows are solved exactly in vain.
 const TRIES: usize = 3;
@@ -40,12 +42,8 @@ const LEFT: f64 = 4e-10;
 const FIRST: f64 = 10.0;
 const NEARER: f64 = 100.0;
 const LAST: f64 = 1e5;
-/// What the first proximal steps may leave, relative to velocities: the step is solved again.
-const ROUGHLY: f64 = 1e-6;
-/// Solutions of a step, and those that do not obey the laws, before there is a compliance; before
-/// the least slip counts with it.
+/// Solutions of a step before there is a compliance, and before the least slip counts with it.
 const LEADS: usize = 12;
-const MISSES: usize = 4;
 pub(super) const FROZEN: usize = 24;
 /// What laws with a compliance may leave, relative to velocities.
 const WIDE: f64 = 1e-2;
@@ -86,9 +84,8 @@ struct ProximalRows {
     columns: Vec<u32>,                   // of the factor of W: their places in the island
     u: Vec<f64>,                         // Lᵀ Λ
     rho: f64,
-    left: f64,     // by what velocities violate the laws, m/s
-    within: f64,   // what they may
-    misses: usize, // solutions that do not obey the laws
+    left: f64,   // by what velocities violate the laws, m/s
+    within: f64, // what they may
     is_compliant: bool,
     reference: Vec<f64>, // m  impulses that a compliance is about
     given: Vec<f64>,     // those to be found
@@ -139,8 +136,7 @@ impl ActiveRows {
         }
         self.response.clear();
         (self.passes, self.failures, self.is_exact) = (0, 0, false);
-        let own = &mut self.proximal;
-        (own.rho, own.misses, own.is_compliant) = (FIRST, 0, false);
+        (self.proximal.rho, self.proximal.is_compliant) = (FIRST, false);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -285,10 +281,10 @@ impl ActiveRows {
         }
         let is_early = self.passes <= EARLY;
         let Self { cones, W, w, errors, found, .. } = self;
-        let most = if looks { GROWS * norm_inf(found) } else { f64::INFINITY };
+        let most = if w.len() > MANY { GROWS * norm_inf(found) } else { f64::INFINITY };
         self.solver.end_early((looks || is_early).then_some(f64::INFINITY));
         let mut solved = self.solver.solve_within(cones, W, (w, errors), found);
-        if norm_inf(found) > most {
+        if norm_inf(found) > most && looks {
             solved = Err(ConeFault::NoConvergence { residual: f64::INFINITY, cones: cones.len() });
         }
         self.is_exact = solved.is_ok();
@@ -310,16 +306,13 @@ impl ActiveRows {
         let L = SparseRows { ends, places, values };
         let rounding = norm_inf(errors);
         own.within = rounding.max(LEFT * speeds);
-        let mut asked = own.within;
         let solved = if own.is_compliant {
             let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
             own.given.clear();
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            let part = if self.passes == 1 { ROUGHLY * speeds } else { 0.0 };
-            asked = asked.max(part);
-            let repeated = Repeated { first: own.rho, within: rounding.max(part), speeds };
+            let repeated = Repeated { first: own.rho, within: rounding };
             own.solver.follow(cones, L, (w, repeated), found)
         };
         own.left = match solved {
@@ -328,9 +321,7 @@ impl ActiveRows {
             Err(fault) => return Err(fault),
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
-        own.misses += usize::from(own.left > asked);
-        let ends = self.passes >= LEADS || own.misses == MISSES;
-        if ends && !own.is_compliant {
+        if self.passes >= LEADS && !own.is_compliant {
             own.is_compliant = true;
             own.reference.clone_from(lambda);
             own.rho = (speeds / own.left).clamp(FIRST, LAST);

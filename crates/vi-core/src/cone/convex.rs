@@ -48,8 +48,6 @@ const FEW_STEPS: usize = 3;
 const ROUNDS: usize = 20;
 const BARELY: f64 = 0.7;
 const IDLE: usize = 4;
-/// Velocities that the change of an impulse stands for, in parts of the largest one.
-const FAR: f64 = 10.0;
 
 /// How proximal steps are repeated.
 #[derive(Clone, Copy, Debug)]
@@ -58,8 +56,6 @@ pub struct Repeated {
     pub first: f64,
     /// What velocities may violate the laws by.
     pub within: f64,
-    /// The largest velocity of the motion.
-    pub speeds: f64,
 }
 
 /// What a proximal step, or several ones, left.
@@ -127,9 +123,7 @@ impl ConvexSolver {
 
     /// Repeated steps about the impulses of the step before, with a growing `ρ`, until no velocity
     /// violates a law by more than `within`, or they lead no further; the rest as of
-    /// [`ConvexSolver::step`]. Impulses change in a step by what changes velocities by ten times
-    /// `speeds` at most: those that balance one another would grow without end where laws contradict
-    /// one another.
+    /// [`ConvexSolver::step`].
     ///
     /// # Errors
     /// As [`ConvexSolver::step`].
@@ -140,10 +134,10 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, Repeated { first, within, speeds }): (&[f64], Repeated),
+        (w, Repeated { first, within }): (&[f64], Repeated),
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
-        self.load((cones, L), (w, first + within + speeds), lambda, lambda)?;
+        self.load((cones, L), (w, first + within), lambda, lambda)?;
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0 };
         let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
         let mut residual;
@@ -154,10 +148,6 @@ impl ConvexSolver {
             let leads = report.left <= BARELY * last;
             idle = if leads { 0 } else { idle + 1 };
             let ends = report.left <= within || idle == IDLE || report.rounds == ROUNDS;
-            let is_far = rho * report.left > FAR * speeds;
-            if is_far {
-                self.best.copy_from_slice(&self.given);
-            }
             if ends || residual.is_nan() || residual > ACCEPTED {
                 return self.hand_over(residual, lambda, report);
             }
@@ -167,7 +157,7 @@ impl ConvexSolver {
                 true => 2.0,
                 false => SLOW,
             };
-            rho = if is_far { speeds / report.left } else { rho * growth }.clamp(LEAST, LAST);
+            rho = (rho * growth).clamp(LEAST, LAST);
             self.given.copy_from_slice(&self.best);
             self.impulse.copy_from_slice(&self.best);
         }
