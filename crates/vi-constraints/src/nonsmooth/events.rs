@@ -12,7 +12,6 @@
 
 use super::impact_law::ImpactLaw;
 use super::impulses::NodeImpulses;
-use super::may_end;
 use super::node_law::CLOSED;
 use super::record::{ContactImpulse, ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
@@ -274,7 +273,7 @@ impl Nonsmooth {
                     run.end.contacts.counts.divided += u64::from(part < h);
                     return Ok(t_end);
                 }
-                Err(error) if may_end(&error) && !self.set.is_empty() => {
+                Err(error) if error.may_end() && !self.set.is_empty() => {
                     let refused = refused.get_or_insert(error);
                     part *= 0.5;
                     if part < SHORTEST * step.h && !self.node.may_relax {

@@ -7,6 +7,7 @@
 //! errors. The residual `ξ` is that of the step itself: `W` affects the speed alone. The iteration
 //! contracts by `O(hω)`.
 
+use super::ContactFault;
 use super::active_rows::{ActiveRows, EARLY, FROZEN, Present};
 use super::delassus::Delassus;
 use super::impact_law::{ImpactLaw, VelocityProblem};
@@ -15,7 +16,6 @@ use super::node_law::{CLOSED, Contact, Course, Kind, Rows, SlipSpeed};
 use super::node_velocity::NodeVelocity;
 use super::stepping::Stepping;
 use super::unilateral::{ContactLaw, ContactRows, Elements, TransverseImpulses};
-use super::{ContactFault, may_end};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, ObserveNode};
 use crate::scheme::{StepError, SubStep};
@@ -387,7 +387,7 @@ impl NodeImpulses {
         let outcome = self.iterate_laws(elements, run, at);
         let turns = self.contacts.iter().any(|contact| contact.turns);
         match &outcome {
-            Err(error) if self.may_relax && !turns && may_end(error) => {
+            Err(error) if self.may_relax && !turns && error.may_end() => {
                 self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = true);
                 self.lambda.clone_from(&self.begun);
                 self.iterate_laws(elements, run, at)

@@ -57,7 +57,6 @@ pub use named::NamedContacts;
 pub use record::{ContactImpulse, ContactRecord, ContactStatus, NodeRecord};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 
-use crate::scheme::StepError;
 use vi_core::cone::ConeFault;
 
 /// Why the impulses of a node were not found.
@@ -98,15 +97,12 @@ pub enum ContactFault {
     RankLost,
 }
 
-/// Whether a shorter step, or laws with a compliance, may have an end where this one has none.
-fn may_end(error: &StepError) -> bool {
-    match error {
-        StepError::Newton(_) => true,
-        StepError::Contact(fault) => matches!(
-            fault,
-            ContactFault::NoConvergence { .. }
-                | ContactFault::Laws { fault: ConeFault::NoConvergence { .. }, .. }
-        ),
-        _ => false,
+impl ContactFault {
+    /// Whether a shorter step, or laws with a compliance, may have impulses where this has none.
+    pub(crate) fn may_end(&self) -> bool {
+        matches!(
+            self,
+            Self::NoConvergence { .. } | Self::Laws { fault: ConeFault::NoConvergence { .. }, .. }
+        )
     }
 }

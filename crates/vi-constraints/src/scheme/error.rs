@@ -107,3 +107,14 @@ impl StepError {
         }
     }
 }
+
+impl StepError {
+    /// Whether a shorter step, or laws of contacts with a compliance, may end where this does not.
+    pub(crate) fn may_end(&self) -> bool {
+        match self {
+            Self::Newton(_) => true,
+            Self::Contact(fault) => fault.may_end(),
+            _ => false,
+        }
+    }
+}

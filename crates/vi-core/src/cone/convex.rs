@@ -11,9 +11,10 @@
 //! With `s` given, `φ` is convex and has a derivative: steps to its least value along `δΛ` lead to
 //! the solution from everywhere. That always exists, and is unique. From there Newton's method with
 //! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`. The
-//! matrix of a step is as sparse as the contacts between bodies. Sources: R. T. Rockafellar, SIAM J.
-//! Control Optim. 14 (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans. Robot. 39
-//! (2023) 1301–1320; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
+//! matrix of a step is as sparse as the contacts between bodies. Sources: R. T. Rockafellar,
+//! SIAM J. Control Optim. 14 (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans.
+//! Robot. 39 (2023) 1301–1320; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011)
+//! 155–175.
 #![allow(non_snake_case)] // W, L, F, B
 
 use super::factored::Factored;
@@ -97,8 +98,8 @@ pub struct ConvexSolver {
 impl ConvexSolver {
     /// Solves the laws of `y + (Λ − Λ_0)/ρ` for `y = WΛ + w`, `W = L Lᵀ`.
     ///
-    /// `cones`: without [`Cone::Sliding`]. Of [`Cone::Friction`] the law is Coulomb's where Newton's
-    /// method leads to impulses that obey it, else the convex one with the speed of slip of the
+    /// `cones`: without [`Cone::Sliding`]. Of [`Cone::Friction`] the law is Coulomb's where
+    /// Newton's method leads to impulses that obey it, else the convex one with the speed of slip of the
     /// impulses to begin with. `L`: shape `k × r`, `r` one more than its largest column. `w`: `k`.
     /// `rho`: `ρ`, in units in which the largest diagonal of `W` of a contact is one. `given`: `k`,
     /// `Λ_0`. `lambda`: `k`, where to begin, then the solution.
