@@ -100,9 +100,9 @@ impl ConvexSolver {
     ///
     /// `cones`: without [`Cone::Sliding`]. Of [`Cone::Friction`] the law is Coulomb's where
     /// Newton's method leads to impulses that obey it, else the convex one with the speed of slip
-    /// of the impulses to begin with. `L`: shape `k × r`, `r` one more than its largest column. `w`: `k`.
-    /// `rho`: `ρ`, in units in which the largest diagonal of `W` of a contact is one. `given`: `k`,
-    /// `Λ_0`. `lambda`: `k`, where to begin, then the solution.
+    /// of the impulses to begin with. `L`: shape `k × r`, `r` one more than its largest column.
+    /// `w`: `k`. `rho`: `ρ`, in units in which the largest diagonal of `W` of a contact is one.
+    /// `given`: `k`, `Λ_0`. `lambda`: `k`, where to begin, then the solution.
     ///
     /// # Errors
     /// [`ConeFault::NotFinite`], [`ConeFault::NoConvergence`] with the nearest impulses.
