@@ -375,8 +375,8 @@ impl NodeImpulses {
         Ok(any)
     }
 
-    /// The outer iteration, from the present impulses; by proximal steps alone, where it ends without
-    /// a solution and those are allowed.
+    /// The outer iteration, from the present impulses; by proximal steps alone, where it ends
+    /// without a solution and those are allowed.
     fn iterate<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,

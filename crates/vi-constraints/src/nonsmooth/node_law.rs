@@ -118,8 +118,8 @@ pub(super) enum SlipSpeed {
     /// Its own: Coulomb's law.
     #[default]
     Own,
-    /// That of a solution of the step, or of a later one where that is less: what closes beside its law would
-    /// gain energy where it is opened again.
+    /// That of a solution of the step, or of a later one where that is less: what closes
+    /// beside its law would gain energy where it is opened again.
     Least(f64),
 }
 

@@ -1,4 +1,5 @@
-//! The laws of contacts with `W = L Lᵀ`, in units in which the largest diagonal of a contact is one.
+//! The laws of contacts with `W = L Lᵀ`, in units in which the largest diagonal of a contact is
+//! one.
 #![allow(non_snake_case)] // L
 
 use super::problem::{Cone, Placed};
