@@ -21,7 +21,6 @@ use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
-use vi_core::linear::Singular;
 use vi_core::newton::{Block, Fault};
 use vi_rigid::{null_space, rotation};
 
@@ -318,22 +317,6 @@ impl VelocityLayout {
         for (root, map) in self.free_roots().zip(&at.roots) {
             map.apply_transposed(&mut x[root.offset..root.offset + 6]);
         }
-    }
-
-    /// `x ← R⁻¹ x` of free roots.
-    pub(super) fn solve_roots(&self, at: &MapColumns, x: &mut [f64]) -> Result<(), Singular> {
-        let mut roots = self.free_roots().zip(&at.roots);
-        roots.try_for_each(|(root, map)| map.solve(&mut x[root.offset..root.offset + 6]))
-    }
-
-    /// `x ← R⁻ᵀ x` of free roots.
-    pub(super) fn solve_roots_transposed(
-        &self,
-        at: &MapColumns,
-        x: &mut [f64],
-    ) -> Result<(), Singular> {
-        let mut roots = self.free_roots().zip(&at.roots);
-        roots.try_for_each(|(root, map)| map.solve_transposed(&mut x[root.offset..root.offset + 6]))
     }
 
     /// `x ←` the change of the increments `u` that lead to `q`, from rates at `q`, those of free

@@ -33,7 +33,7 @@ pub mod reduced_rows;
 use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
 use crate::solver::chord::Chord;
-use crate::solver::screws::{Flight, RootScrew};
+use crate::solver::screws::{Flight, RootMap, RootScrew};
 pub(crate) use bordered::Row;
 pub use layout::{MapColumns, VelocityLayout};
 use nalgebra::DMatrix;
@@ -244,10 +244,14 @@ fn solve_with(
     x: &mut [f64],
     solve: impl FnOnce(&mut [f64]) -> Solved,
 ) -> Solved {
+    let each = |columns: &MapColumns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
+        let mut roots = layout.free_roots().zip(&columns.roots);
+        roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
+    };
     let d = layout.dof().max(1);
-    x.chunks_exact_mut(d).try_for_each(|x| layout.solve_roots_transposed(left, x))?;
+    x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
     solve(x)?;
-    x.chunks_exact_mut(d).try_for_each(|x| layout.solve_roots(right, x))
+    x.chunks_exact_mut(d).try_for_each(|x| each(right, x, RootMap::solve))
 }
 
 impl NodalOperators for SparseNodal {
