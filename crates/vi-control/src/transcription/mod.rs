@@ -188,8 +188,7 @@ impl Transcription {
     }
 
     fn find_places(&mut self) {
-        let Ok(point) = self.point_at(&self.start) else { return };
-        self.follow(&point);
+        let Ok(point) = self.followed_at(&self.start) else { return };
         let (mut jacobian, mut hessian) = (Vec::new(), Vec::new());
         self.emit_jacobian(&point, &mut |row, column, _| jacobian.push((row, column)));
         let lambda = vec![0.0; self.layout.rows];
@@ -219,8 +218,7 @@ impl Transcription {
     /// # Errors
     /// [`Undefined`].
     pub fn motion(&self, x: &[f64]) -> Result<Motion, Undefined> {
-        let point = self.point_at(x)?;
-        self.follow(&point);
+        let point = self.followed_at(x)?;
         let controls = (0..self.problem.steps)
             .map(|n| {
                 (0..self.problem.controls.len()).map(|k| x[self.layout.control(k, n)]).collect()
@@ -239,8 +237,7 @@ impl Transcription {
     /// # Errors
     /// [`Undefined`].
     pub fn met(&self, x: &[f64], multipliers: &Multipliers) -> Result<Vec<Met>, Undefined> {
-        let point = self.point_at(x)?;
-        self.follow(&point);
+        let point = self.followed_at(x)?;
         let mut met = Vec::new();
         for (k, condition) in self.problem.conditions.iter().enumerate() {
             let value = |n: usize| self.quantity(&point, &condition.quantity, n);
@@ -484,8 +481,7 @@ impl Program for Transcription {
 
     fn move_to(&mut self, x: &[f64]) -> Result<(), Undefined> {
         self.point = None;
-        let point = self.point_at(x)?;
-        self.follow(&point);
+        let point = self.followed_at(x)?;
         if !self.exists(&point) {
             return Err(Undefined);
         }

@@ -18,6 +18,7 @@ use super::point::Point;
 use super::problem::{Acts, CostKind, Problem, ProblemError, Quantity};
 use crate::node::{NodeQuantity, Reads};
 use crate::objective::{self, Known, Seen};
+use crate::program::Undefined;
 use crate::terminal_rate::NodeReader;
 use vi_constraints::InitialValues;
 use vi_constraints::saddle_point::IndependentRows;
@@ -94,6 +95,13 @@ impl Velocities {
 }
 
 impl Transcription {
+    /// The motion at `x`, along which numbers are continued.
+    pub(super) fn followed_at(&self, x: &[f64]) -> Result<Point, Undefined> {
+        let point = self.point_at(x)?;
+        self.follow(&point);
+        Ok(point)
+    }
+
     /// Takes note of the nodes, where numbers are continued along the motion.
     pub(super) fn follow(&self, point: &Point) {
         for (_, quantity) in self.problem.numbers() {

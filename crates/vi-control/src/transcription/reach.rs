@@ -45,8 +45,7 @@ impl Transcription {
     /// # Errors
     /// [`Undefined`].
     pub fn unreached(&self, x: &[f64]) -> Result<Vec<Vec<String>>, Undefined> {
-        let point = self.point_at(x)?;
-        self.follow(&point);
+        let point = self.followed_at(x)?;
         let ends = self.ends(&point);
         let mut values = vec![0.0; self.layout.rows];
         self.row_values_at(&point, &mut values);
