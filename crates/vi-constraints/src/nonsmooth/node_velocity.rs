@@ -27,6 +27,7 @@ const ITERATIONS: usize = 200;
 #[derive(Debug, Default)]
 pub(super) struct NodeVelocity {
     free: Vec<bool>,       // k  whether U_n = 0
+    diagonal: Vec<f64>,    // k  W_ii
     part: Vec<f64>,        // k  Λ'
     residual: Vec<f64>,    // k  −U_n of free rows
     direction: Vec<f64>,   // k
@@ -45,8 +46,10 @@ impl NodeVelocity {
         records: &[ContactRecord],
     ) -> &[f64] {
         let k = minus.len();
-        let Self { free, part, residual, direction, image, conditioned } = self;
+        let Self { free, diagonal, part, residual, direction, image, conditioned } = self;
         free.clear();
+        diagonal.clear();
+        diagonal.extend((0..k).map(|i| W.at(i, i)));
         part.clear();
         for (contact, record) in contacts.iter().zip(records) {
             for i in 0..contact.law.rows() {
@@ -56,7 +59,7 @@ impl NodeVelocity {
                     ContactStatus::Stick => (true, share),
                     ContactStatus::Slip => (i == 0 && contact.law.restitution().is_some(), share),
                 };
-                free.push(is_free && W.at(contact.row + i, contact.row + i) > 0.0);
+                free.push(is_free && diagonal[contact.row + i] > 0.0);
                 part.push(share * record.impulse[i]);
             }
         }
@@ -67,7 +70,7 @@ impl NodeVelocity {
         let condition = |residual: &[f64], out: &mut Vec<f64>| {
             out.clear();
             let rows = residual.iter().enumerate();
-            out.extend(rows.map(|(i, r)| if free[i] { r / W.at(i, i) } else { 0.0 }));
+            out.extend(rows.map(|(i, r)| if free[i] { r / diagonal[i] } else { 0.0 }));
         };
         condition(residual, conditioned);
         direction.clone_from(conditioned);
@@ -80,7 +83,7 @@ impl NodeVelocity {
             let rows = 0..k;
             image.extend(rows.map(|i| if free[i] { W.product(i, |j| direction[j]) } else { 0.0 }));
             let curvature = dot(direction, image);
-            let alone = direction.iter().enumerate().map(|(i, d)| d * d * W.at(i, i)).sum::<f64>();
+            let alone = direction.iter().zip(&*diagonal).map(|(d, w)| d * d * w).sum::<f64>();
             if curvature.is_nan() || curvature <= SINGULAR * alone {
                 break; // nothing but what balances itself is left
             }
