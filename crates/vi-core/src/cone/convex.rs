@@ -33,17 +33,21 @@ const ACCEPTED: f64 = 1e-9;
 const STEPS: usize = 60;
 const COUPLED_STEPS: usize = 25;
 const HALVINGS: usize = 6;
-/// Steps in a row that do not halve the residual.
+/// Steps in a row that do not halve the residual, of Newton's method with the speeds of slip given
+/// and among the unknowns.
 const STALLED: usize = 3;
+const COUPLED_STALLED: usize = 6;
 /// To which the least value along a step is known.
 const ALONG: f64 = 1e-3;
-/// The largest `ρ` of repeated steps. It grows by `FAST` after a step of
-/// Coulomb's law that is found in `FEW_STEPS`, by `STEADY` after another one, else by `SLOW`.
+/// Bounds of `ρ` of repeated steps. It grows by `FAST` after a step of Coulomb's law that leads on
+/// and is found in `FEW_STEPS`, by `STEADY` after another one that leads on, by `IDLY` after one
+/// that does not; where that law is not found it shrinks by `BACK`.
 const LAST: f64 = 1e5;
 const LEAST: f64 = 1.0;
 const FAST: f64 = 100.0;
 const STEADY: f64 = 4.0;
-const SLOW: f64 = 0.3;
+const IDLY: f64 = 2.0;
+const BACK: f64 = 0.3;
 const FEW_STEPS: usize = 3;
 /// Most repeated steps; those in a row that leave more than `BARELY` of the last violation.
 const ROUNDS: usize = 20;
@@ -122,9 +126,8 @@ impl ConvexSolver {
         self.hand_over(residual, lambda, report)
     }
 
-    /// Repeated steps about the impulses of the step before, with a growing `ρ`, until no velocity
-    /// violates a law by more than `within`, or they lead no further; the rest as of
-    /// [`ConvexSolver::step`].
+    /// Repeated steps about the impulses of the step before, until no velocity violates a law by
+    /// more than `within`, or they lead no further; the rest as of [`ConvexSolver::step`].
     ///
     /// # Errors
     /// As [`ConvexSolver::step`].
@@ -155,8 +158,8 @@ impl ConvexSolver {
             let growth = match is_coupled {
                 true if leads && report.steps - steps <= FEW_STEPS => FAST,
                 true if leads => STEADY,
-                true => 2.0,
-                false => SLOW,
+                true => IDLY,
+                false => BACK,
             };
             rho = (rho * growth).clamp(LEAST, LAST);
             self.given.copy_from_slice(&self.best);
@@ -201,23 +204,24 @@ impl ConvexSolver {
     /// method with those begins at once where it `leads`, else at the solution of convex laws.
     fn round(&mut self, (rho, leads): (f64, bool), report: &mut ConvexReport) -> (f64, bool) {
         self.start.copy_from_slice(&self.impulse);
-        let mut coupled = leads.then(|| self.couple(rho, report)).flatten();
-        let mut residual = coupled;
-        if coupled.is_none() {
-            self.impulse.copy_from_slice(&self.start);
-            self.laws.velocity(&self.impulse, &mut self.u, &mut self.y);
-            self.laws.take_speeds(&self.y);
-            let (convex, steps) = self.descend(rho);
-            report.steps += steps;
+        if leads && let Some(residual) = self.couple(rho, report) {
             self.measure(rho, report);
-            self.impulse.copy_from_slice(&self.best);
-            coupled = self.couple(rho, report);
-            residual = coupled.or(Some(convex));
+            return (residual, true);
         }
-        if coupled.is_some() {
-            self.measure(rho, report);
+        self.impulse.copy_from_slice(&self.start);
+        self.laws.velocity(&self.impulse, &mut self.u, &mut self.y);
+        self.laws.take_speeds(&self.y);
+        let (residual, steps) = self.descend(rho);
+        report.steps += steps;
+        self.measure(rho, report);
+        self.impulse.copy_from_slice(&self.best);
+        match self.couple(rho, report) {
+            None => (residual, false),
+            Some(residual) => {
+                self.measure(rho, report);
+                (residual, true)
+            }
         }
-        (residual.unwrap_or(f64::NAN), coupled.is_some())
     }
 
     /// What the best impulses leave.
@@ -290,7 +294,7 @@ impl ConvexSolver {
                 least = now;
                 self.moved.copy_from_slice(&self.impulse);
             }
-            let ends = least <= TARGET || stalled == 6 || steps == COUPLED_STEPS;
+            let ends = least <= TARGET || stalled == COUPLED_STALLED || steps == COUPLED_STEPS;
             if ends || now.is_nan() || !self.find_step(rho, true) {
                 break;
             }
@@ -316,9 +320,9 @@ impl ConvexSolver {
         found.then_some(least)
     }
 
-    /// `step ← δΛ` and `y_step ← W δΛ` at the last evaluation, where there are.
+    /// `step ← δΛ` at the last evaluation, where there is one.
     fn find_step(&mut self, rho: f64, coupled: bool) -> bool {
-        let Self { laws, given, y, u, F, step, y_step, blocks, .. } = self;
+        let Self { laws, given, y, u, F, step, blocks, .. } = self;
         laws.slopes(given, (y, rho, coupled), blocks);
         laws.gather(F, u);
         let size = (laws.r, laws.r);
@@ -339,14 +343,14 @@ impl ConvexSolver {
             factors.is_some_and(|own| own.factorize(matrix).and_then(|()| own.solve(u)).is_ok())
         };
         laws.step(F, blocks, u, step);
-        laws.apply(step, u, y_step);
         solved
     }
 
     /// The part of a step after which `φ` is least, at most all of it.
     fn least_along(&mut self, rho: f64) -> f64 {
-        let Self { laws, given, y, y_step, impulse, step, moved, nearest, F, .. } = self;
+        let Self { laws, given, y, y_step, impulse, step, moved, nearest, F, u, .. } = self;
         let k = y.len();
+        laws.apply(step, u, y_step);
         let mut slope = |part: f64| {
             (0..k).for_each(|i| moved[i] = y[i] + part * y_step[i]);
             laws.project(given, (moved, rho), nearest);
