@@ -132,26 +132,25 @@ pub struct ConeSolver {
     conjugate: Conjugate,
     factors: Factors,
     interior: Interior,
-    impulse: Vec<f64>,        // k
-    trial: Vec<f64>,          // k
-    best: Vec<f64>,           // k
-    ends_beyond: Option<f64>, // a residual of the warm start
-    patience: usize,          // of Newton's method
-    warm: Vec<f64>,           // k  where the methods begin
-    nearest: Vec<f64>,        // k
-    least: f64,               // the excess of `nearest`
-    swept: Vec<f64>,          // k
-    found: Vec<f64>,          // k
-    step: Vec<f64>,           // k
+    impulse: Vec<f64>, // k
+    trial: Vec<f64>,   // k
+    best: Vec<f64>,    // k
+    ends_early: bool,
+    patience: usize,   // of Newton's method
+    warm: Vec<f64>,    // k  where the methods begin
+    nearest: Vec<f64>, // k
+    least: f64,        // the excess of `nearest`
+    swept: Vec<f64>,   // k
+    found: Vec<f64>,   // k
+    step: Vec<f64>,    // k
 }
 
 impl ConeSolver {
     /// Ends with [`ConeFault::NoConvergence`] near a solution without looking for it by convex
-    /// programs: for who corrects `w` and asks again. Of more than 12 rows also where the warm
-    /// start violates a law by more than this, relative to its terms, or Newton's method does not
-    /// lead to a solution from there. `None`: it does not end early.
-    pub fn end_early(&mut self, beyond: Option<f64>) {
-        self.ends_beyond = beyond;
+    /// programs: for who corrects `w` and asks again. Of more than 12 rows also where Newton's
+    /// method does not lead to a solution from the warm start.
+    pub fn end_early(&mut self, ends_early: bool) {
+        self.ends_early = ends_early;
     }
 
     /// Finds the impulses of `y = WΛ + w`.
@@ -258,12 +257,7 @@ impl ConeSolver {
         for patience in patiences {
             self.patience = *patience;
             self.impulse.copy_from_slice(&self.warm);
-            if let Some(beyond) = self.ends_beyond
-                && self.problem.rows() > SWEPT
-            {
-                if self.least > beyond {
-                    return self.end_nearby();
-                }
+            if self.ends_early && self.problem.rows() > SWEPT {
                 self.patience = PATIENCE;
                 let residual = self.refine(rounding);
                 return match self.ends() {
@@ -276,7 +270,7 @@ impl ConeSolver {
                 return Ok(found);
             }
             let is_near = self.least <= NEARLY; // by impulses that have not grown
-            if is_near && self.ends_beyond.is_some() {
+            if is_near && self.ends_early {
                 return self.end_nearby();
             }
             if let Some(found) = self.by_programs(rounding) {

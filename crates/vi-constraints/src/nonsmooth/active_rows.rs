@@ -88,8 +88,7 @@ struct ProximalRows {
     within: f64, // what they may
     is_compliant: bool,
     reference: Vec<f64>, // m  impulses that a compliance is about
-    given: Vec<f64>,     // those to be found
-    found: Vec<f64>,
+    given: Vec<f64>,     // those of the rows to be found; what proximal steps found
 }
 
 /// The impulse of a row is known.
@@ -257,15 +256,17 @@ impl ActiveRows {
                 return solved;
             }
         }
-        self.response.clear();
+        if !self.response.is_empty() {
+            self.response.clear(); // it has no factor
+            self.state();
+        }
         W.factorize();
         self.state_factor(W);
         self.approach(speeds)?;
         if self.is_exact && !self.by_proximal_steps && tries {
-            let proximal = &mut self.proximal.found;
-            proximal.clone_from(&self.found);
+            self.proximal.given.clone_from(&self.found);
             if self.solve_exactly(true).is_err() {
-                self.found.clone_from(&self.proximal.found);
+                self.found.clone_from(&self.proximal.given);
                 self.is_exact = true;
             }
         }
@@ -282,7 +283,7 @@ impl ActiveRows {
         let is_early = self.passes <= EARLY;
         let Self { cones, W, w, errors, found, .. } = self;
         let most = if w.len() > MANY { GROWS * norm_inf(found) } else { f64::INFINITY };
-        self.solver.end_early((looks || is_early).then_some(f64::INFINITY));
+        self.solver.end_early(looks || is_early);
         let mut solved = self.solver.solve_within(cones, W, (w, errors), found);
         if norm_inf(found) > most && looks {
             solved = Err(ConeFault::NoConvergence { residual: f64::INFINITY, cones: cones.len() });
