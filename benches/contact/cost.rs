@@ -104,7 +104,13 @@ fn bed(count: usize) -> MechanismIntegrator {
 
 fn main() {
     let quick = std::env::args().any(|a| a == "--test");
-    let rounds = if quick { 1 } else { 60 };
+    let rounds = if std::env::var("SHOW").is_ok() {
+        0
+    } else if quick {
+        1
+    } else {
+        60
+    };
     for links in [1, 8] {
         let plain = || chain(links, None, false);
         let far = || chain(links, Some(-30.0), false);
@@ -118,7 +124,14 @@ fn main() {
             found[3] / found[2]
         );
     }
-    let sizes: &[usize] = if quick { &[45] } else { &[125, 1125, 10125] };
+    let given: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let sizes: &[usize] = if !given.is_empty() {
+        &given
+    } else if quick {
+        &[45]
+    } else {
+        &[125, 1125, 10125]
+    };
     let mut costs = Vec::new();
     for &count in sizes {
         let mut run = bed(count);
@@ -129,6 +142,10 @@ fn main() {
             run.step().unwrap();
             let own = start.elapsed().as_secs_f64();
             worst = worst.max(own);
+            if std::env::var("SHOW").is_ok() {
+                let c = run.nonsmooth().unwrap().nodes().map(|node| node.1.len()).sum::<usize>();
+                println!("{step} {own:.4} {c} {:?}", run.state().contacts.counts);
+            }
             if step >= fall {
                 spent += own;
                 counted += run.nonsmooth().unwrap().nodes().map(|node| node.1.len()).sum::<usize>();

@@ -32,6 +32,9 @@ pub const SIZE: usize = 6;
 /// `SIZE · LARGEST · ε ≈ 1e-10`.
 pub const LARGEST: f64 = 1e5;
 
+/// Updates of a pivot in the mean, beyond which a general factorization is as fast.
+const UPDATES: usize = 64;
+
 type Row = [f64; SIZE];
 /// A block by rows.
 pub type Block = [Row; SIZE];
@@ -77,10 +80,12 @@ pub fn inverse_root(x: f64) -> f64 {
 
 /// The groups in the order of their elimination, each with its neighbours that are not eliminated
 /// yet: minimum degree. `None` where there is too much fill.
-fn elimination_order(mut adjacent: Vec<BTreeSet<usize>>) -> Option<Vec<(usize, Vec<usize>)>> {
-    const MOST: usize = 64; // updates of a pivot, in the mean
+fn elimination_order(
+    mut adjacent: Vec<BTreeSet<usize>>,
+    most: usize,
+) -> Option<Vec<(usize, Vec<usize>)>> {
     const FEW: usize = 4096; // updates that are never too many
-    let most = FEW.max(MOST * adjacent.len());
+    let most = FEW.max(most * adjacent.len());
     let mut updates = 0;
     let key = |adjacent: &[BTreeSet<usize>], g: usize| Reverse((adjacent[g].len(), g));
     let mut waiting: BinaryHeap<_> = (0..adjacent.len()).map(|g| key(&adjacent, g)).collect();
@@ -115,13 +120,22 @@ impl BlockLu {
     /// When a group is larger.
     #[must_use]
     pub fn new(sizes: &[usize], places: &[[usize; 2]]) -> Option<Self> {
+        Self::with_fill(sizes, places, UPDATES)
+    }
+
+    /// The same with so many updates of a pivot at most, in the mean.
+    ///
+    /// # Panics
+    /// As [`BlockLu::new`].
+    #[must_use]
+    pub fn with_fill(sizes: &[usize], places: &[[usize; 2]], most: usize) -> Option<Self> {
         assert!(sizes.iter().all(|size| *size <= SIZE), "blocks have up to {SIZE} rows");
         let mut adjacent = vec![BTreeSet::new(); sizes.len()];
         for &[row, column] in places.iter().filter(|[row, column]| row != column) {
             adjacent[row].insert(column);
             adjacent[column].insert(row);
         }
-        let order = elimination_order(adjacent)?;
+        let order = elimination_order(adjacent, most)?;
         let mut known = BTreeMap::new();
         let mut block = |row: usize, column: usize| {
             let next = known.len();

@@ -31,6 +31,7 @@
 //! ```
 #![allow(non_snake_case)] // W, F
 
+mod block_matrix;
 mod conjugate;
 mod convex;
 mod factored;

@@ -366,10 +366,19 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<Option<f64>, StepError> {
         self.node.solve(&self.elements, run, (step, state))?;
+        Ok(self.find_open(run, state))
+    }
+
+    /// The smallest gap at the end of the last step likewise.
+    fn find_open<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &Stepping<'_, S, C>,
+        state: &State,
+    ) -> Option<f64> {
         self.list_near(state, Some((run.scheme.interval(), run.end)));
         let Self { near, set, .. } = self;
         let open = near.iter().filter(|(id, _)| set.binary_search(id).is_err());
-        Ok(open.map(|(_, gap)| *gap).min_by(f64::total_cmp))
+        open.map(|(_, gap)| *gap).min_by(f64::total_cmp)
     }
 
     /// Solves the node for a step of this length: contacts that it would pass join the set.
@@ -379,6 +388,13 @@ impl Nonsmooth {
         step: SubStep,
         state: &State,
     ) -> Result<(), StepError> {
+        while self.set.len() > MANY {
+            self.node.approach(&self.elements, run, (step, state))?;
+            if !self.find_open(run, state).is_some_and(|gap| gap < 0.0) {
+                break;
+            }
+            self.join(run, (step.h, state), 0.0)?;
+        }
         while self.solve(run, step, state)?.is_some_and(|gap| gap < 0.0) {
             self.join(run, (step.h, state), 0.0)?;
         }

@@ -202,6 +202,29 @@ impl NodeImpulses {
         run.velocity(state, h, p, out)
     }
 
+    /// Takes the step with the first impulses of the iteration, to see where it leads.
+    pub(super) fn approach<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        (step, state): (SubStep, &State),
+    ) -> Result<(), StepError> {
+        self.begin();
+        self.begin_laws();
+        self.next_impulses(elements, run, (step, state), 0)?;
+        std::mem::swap(&mut self.lambda, &mut self.next);
+        self.try_step_near(run, (step, state))
+    }
+
+    /// Nothing is decided about the contacts.
+    fn begin(&mut self) {
+        for contact in &mut self.contacts {
+            (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
+            (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
+        }
+        self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = false);
+    }
+
     /// Solves the step for the impulses of the node.
     pub(super) fn solve<S: Discretization<C>, C: Constraints>(
         &mut self,
@@ -209,11 +232,7 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        for contact in &mut self.contacts {
-            (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
-            (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
-        }
-        self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = false);
+        self.begin();
         if self.impact_law != ImpactLaw::Newton {
             return self.solve_after_impacts(elements, run, (step, state));
         }
@@ -403,15 +422,7 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        let Self { problems, contacts, W, islands, .. } = self;
-        for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
-            problem.begin(contacts, W, islands, k);
-        }
-        for contact in contacts {
-            (contact.changes, contact.slip_speed) = (0, SlipSpeed::Own);
-        }
-        self.solved_with.clear();
-        self.solved_with.resize(self.lambda.len(), 0.0);
+        self.begin_laws();
         let (mut last, mut responds) = (f64::INFINITY, false);
         let (mut passes, mut stands, mut settled) = (0, false, false);
         for pass in 0..ITERATIONS {
@@ -419,23 +430,11 @@ impl NodeImpulses {
                 self.contacts.iter_mut().for_each(Contact::settle);
                 settled = true;
             }
-            self.try_step_near(run, (step, state))?;
+            let is_exact = self.next_impulses(elements, run, (step, state), pass)?;
             if self.contacts.is_empty() {
                 return Ok(());
             }
-            self.measure(elements, run, (step, state));
-            if pass == FROZEN {
-                self.keep_slip_speeds();
-            }
-            let (speeds, h) = (self.speeds(), step.h);
-            let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
-            let mut is_exact = true;
-            for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
-                let present =
-                    Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
-                problem.next_impulses(k, present, elements)?;
-                is_exact &= problem.is_exact();
-            }
+            let speeds = self.speeds();
             let (change, rounding, _) = self.largest_change(step.h);
             let may_stagnate = (STAGNATION * speeds).max(STAGNATION_ROUNDING * rounding);
             let stagnates = last <= may_stagnate && change >= last;
@@ -464,6 +463,47 @@ impl NodeImpulses {
             change: last,
         };
         Err(fault.into())
+    }
+
+    /// An iteration begins.
+    fn begin_laws(&mut self) {
+        let Self { problems, contacts, W, islands, lambda, solved_with, .. } = self;
+        for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
+            problem.begin(contacts, W, islands, k);
+        }
+        for contact in contacts {
+            (contact.changes, contact.slip_speed) = (0, SlipSpeed::Own);
+        }
+        solved_with.clear();
+        solved_with.resize(lambda.len(), 0.0);
+    }
+
+    /// Takes the step with the present impulses; `next`: those by the laws at its end; whether all
+    /// islands obey them.
+    fn next_impulses<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        (step, state): (SubStep, &State),
+        pass: usize,
+    ) -> Result<bool, StepError> {
+        self.try_step_near(run, (step, state))?;
+        if self.contacts.is_empty() {
+            return Ok(true);
+        }
+        self.measure(elements, run, (step, state));
+        if pass == FROZEN {
+            self.keep_slip_speeds();
+        }
+        let (speeds, h) = (self.speeds(), step.h);
+        let Self { contacts, W, islands, minus, plus, lambda, next, problems, .. } = self;
+        let mut is_exact = true;
+        for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
+            let present = Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
+            problem.next_impulses(k, present, elements)?;
+            is_exact &= problem.is_exact();
+        }
+        Ok(is_exact)
     }
 
     /// From now on the least speed of slip counts in laws with a compliance.

@@ -21,9 +21,7 @@ use super::factored::Factored;
 use super::problem::Cone;
 use super::{ConeFault, SparseRows};
 use crate::bracket::Bracket;
-use crate::linear::{SparseLu, dot, norm_inf};
-use crate::sparse::SparseMatrix;
-use crate::sparse_cholesky::SparseCholesky;
+use crate::linear::{dot, norm_inf};
 
 /// `F` relative to the largest impulse to end with, and what is accepted.
 const TARGET: f64 = 1e-13;
@@ -80,23 +78,19 @@ pub struct ConvexReport {
 #[derive(Debug, Default)]
 pub struct ConvexSolver {
     laws: Factored,
-    given: Vec<f64>,             // k  Λ_0
-    impulse: Vec<f64>,           // k
-    best: Vec<f64>,              // k
-    y: Vec<f64>,                 // k
-    nearest: Vec<f64>,           // k  Π(x)
-    F: Vec<f64>,                 // k
-    step: Vec<f64>,              // k  δΛ
-    y_step: Vec<f64>,            // k  W δΛ
-    moved: Vec<f64>,             // k  y along it
-    from: Vec<f64>,              // k
-    start: Vec<f64>,             // k  of a round
-    u: Vec<f64>,                 // r
-    blocks: Vec<[[f64; 3]; 3]>,  // cones  B
-    lower: Option<SparseMatrix>, // r × r, its lower triangle
-    cholesky: Option<SparseCholesky>,
-    whole: Option<SparseMatrix>, // r × r, with the speeds of slip
-    lu: Option<SparseLu>,
+    given: Vec<f64>,            // k  Λ_0
+    impulse: Vec<f64>,          // k
+    best: Vec<f64>,             // k
+    y: Vec<f64>,                // k
+    nearest: Vec<f64>,          // k  Π(x)
+    F: Vec<f64>,                // k
+    step: Vec<f64>,             // k  δΛ
+    y_step: Vec<f64>,           // k  W δΛ
+    moved: Vec<f64>,            // k  y along it
+    from: Vec<f64>,             // k
+    start: Vec<f64>,            // k  of a round
+    u: Vec<f64>,                // r
+    blocks: Vec<[[f64; 3]; 3]>, // cones  B
 }
 
 impl ConvexSolver {
@@ -182,10 +176,7 @@ impl ConvexSolver {
         if !(numbers.all(|own| own.is_finite()) && cones.iter().all(Cone::is_finite)) {
             return Err(ConeFault::NotFinite);
         }
-        if !self.laws.load(cones, L, w) {
-            (self.lower, self.cholesky) = (None, None);
-            (self.whole, self.lu) = (None, None);
-        }
+        self.laws.load(cones, L, w);
         let Self { best, y, nearest, F, step, y_step, moved, from, start, .. } = self;
         for vector in [best, y, nearest, F, step, y_step, moved, from, start] {
             vector.clear();
@@ -325,23 +316,7 @@ impl ConvexSolver {
         let Self { laws, given, y, u, F, step, blocks, .. } = self;
         laws.slopes(given, (y, rho, coupled), blocks);
         laws.gather(F, u);
-        let size = (laws.r, laws.r);
-        let solved = if coupled {
-            let matrix =
-                SparseMatrix::update(&mut self.whole, size, |out| laws.emit(blocks, true, out));
-            if self.lu.is_none() {
-                self.lu = SparseLu::new(matrix).ok();
-            }
-            self.lu.as_mut().is_some_and(|lu| lu.solve(matrix, u).is_ok())
-        } else {
-            let matrix =
-                SparseMatrix::update(&mut self.lower, size, |out| laws.emit(blocks, false, out));
-            if self.cholesky.is_none() {
-                self.cholesky = SparseCholesky::new(matrix).ok();
-            }
-            let factors = self.cholesky.as_mut();
-            factors.is_some_and(|own| own.factorize(matrix).and_then(|()| own.solve(u)).is_ok())
-        };
+        let solved = laws.solve(blocks, u).is_ok();
         laws.step(F, blocks, u, step);
         solved
     }

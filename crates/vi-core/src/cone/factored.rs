@@ -2,13 +2,11 @@
 //! one.
 #![allow(non_snake_case)] // L
 
+use super::block_matrix::{BlockMatrix, Column};
 use super::problem::{Cone, Placed};
 use super::residual::{LawSlope, violation};
 use super::sparse_rows::SparseRows;
-use crate::sparse::Entries;
-
-/// Entries of a column of `L` in the rows of a cone.
-type Column = (usize, [f64; 3]);
+use crate::linear::Singular;
 
 /// The laws, `L` and `w`.
 #[derive(Debug, Default)]
@@ -22,11 +20,12 @@ pub(super) struct Factored {
     pub units: Vec<f64>, // k
     pub w: Vec<f64>,     // k
     pub r: usize,        // columns of L
+    matrix: BlockMatrix, // I + Lᵀ B L
 }
 
 impl Factored {
-    /// Takes the problem over; whether `L` has the pattern of the last one.
-    pub(super) fn load(&mut self, cones: &[Cone], L: SparseRows<'_>, w: &[f64]) -> bool {
+    /// Takes the problem over.
+    pub(super) fn load(&mut self, cones: &[Cone], L: SparseRows<'_>, w: &[f64]) {
         std::mem::swap(&mut self.columns, &mut self.columns_before);
         std::mem::swap(&mut self.column_ends, &mut self.column_ends_before);
         let Self { columns, column_ends, .. } = self;
@@ -54,6 +53,7 @@ impl Factored {
                 }
             }
             let of = &mut columns[first..];
+            of.sort_unstable_by_key(|own| own.0);
             let diagonal = |l: usize| of.iter().map(|own| own.1[l] * own.1[l]).sum::<f64>();
             let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
             let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
@@ -71,8 +71,12 @@ impl Factored {
         self.w.clear();
         self.w.extend(w.iter().zip(&self.units).map(|(w, unit)| w * unit));
         let places = self.columns.iter().map(|own| own.0);
-        self.column_ends == self.column_ends_before
-            && places.eq(self.columns_before.iter().map(|own| own.0))
+        let is_known = self.column_ends == self.column_ends_before
+            && places.eq(self.columns_before.iter().map(|own| own.0));
+        if !is_known {
+            let Self { columns, column_ends, matrix, r, .. } = self;
+            matrix.analyse(*r, (0..column_ends.len()).map(|k| of_cone(columns, column_ends, k)));
+        }
     }
 
     /// How many laws there are.
@@ -82,8 +86,7 @@ impl Factored {
 
     /// Columns of `L` in the rows of a cone.
     fn of_cone(&self, k: usize) -> &[Column] {
-        let from = k.checked_sub(1).map_or(0, |before| self.column_ends[before]);
-        &self.columns[from..self.column_ends[k]]
+        of_cone(&self.columns, &self.column_ends, k)
     }
 
     /// `u ← Lᵀ Λ`.
@@ -171,19 +174,16 @@ impl Factored {
         }
     }
 
-    /// Emits `I + Lᵀ B L` with the blocks `B` of the cones: all of it, or its lower triangle.
-    pub(super) fn emit(&self, blocks: &[[[f64; 3]; 3]], whole: bool, out: &mut dyn Entries) {
-        (0..self.r).for_each(|i| out.add(i, i, 1.0));
-        for (k, block) in blocks.iter().enumerate() {
-            let own = self.of_cone(k);
-            for (p, a) in own {
-                let row: [f64; 3] =
-                    std::array::from_fn(|j| (0..3).map(|i| a[i] * block[i][j]).sum());
-                for (q, b) in own.iter().filter(|(q, _)| whole || q <= p) {
-                    out.add(*p, *q, row.iter().zip(b).map(|(row, b)| row * b).sum());
-                }
-            }
-        }
+    /// Solves `(I + Lᵀ B L) u' = u` with the blocks `B` of the cones; `u` is overwritten.
+    pub(super) fn solve(
+        &mut self,
+        blocks: &[[[f64; 3]; 3]],
+        u: &mut [f64],
+    ) -> Result<(), Singular> {
+        let Self { matrix, columns, column_ends, .. } = self;
+        let laws = blocks.iter().enumerate();
+        matrix.factorize(laws.map(|(k, own)| (of_cone(columns, column_ends, k), own)))?;
+        matrix.solve(u)
     }
 
     /// `step ← F − B L u`.
@@ -212,4 +212,10 @@ impl Factored {
         }
         most
     }
+}
+
+/// Columns in the rows of a cone.
+fn of_cone<'a>(columns: &'a [Column], ends: &[usize], k: usize) -> &'a [Column] {
+    let from = k.checked_sub(1).map_or(0, |before| ends[before]);
+    &columns[from..ends[k]]
 }
