@@ -4,7 +4,7 @@
 //! Rows: chains of 1 and 8 links with stops out of reach beside the same without; with a spring
 //! that presses the last link on its stop beside the same without the stop. Then beds of spheres in
 //! five layers with friction 0.3: time of a step and contact when they lie, and the exponent over
-//! the number of spheres.
+//! the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench
 
 use holonom::vi_constraints::nonsmooth::{ContactLaw, Method, NonsmoothOptions};
@@ -104,13 +104,7 @@ fn bed(count: usize) -> MechanismIntegrator {
 
 fn main() {
     let quick = std::env::args().any(|a| a == "--test");
-    let rounds = if std::env::var("SHOW").is_ok() {
-        0
-    } else if quick {
-        1
-    } else {
-        60
-    };
+    let rounds = if quick { 1 } else { 60 };
     for links in [1, 8] {
         let plain = || chain(links, None, false);
         let far = || chain(links, Some(-30.0), false);
@@ -125,12 +119,10 @@ fn main() {
         );
     }
     let given: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
-    let sizes: &[usize] = if !given.is_empty() {
-        &given
-    } else if quick {
-        &[45]
-    } else {
-        &[125, 1125, 10125]
+    let sizes: &[usize] = match quick {
+        _ if !given.is_empty() => &given,
+        true => &[45],
+        false => &[125, 1125, 10125],
     };
     let mut costs = Vec::new();
     for &count in sizes {
@@ -142,10 +134,6 @@ fn main() {
             run.step().unwrap();
             let own = start.elapsed().as_secs_f64();
             worst = worst.max(own);
-            if std::env::var("SHOW").is_ok() {
-                let c = run.nonsmooth().unwrap().nodes().map(|node| node.1.len()).sum::<usize>();
-                println!("{step} {own:.4} {c} {:?}", run.state().contacts.counts);
-            }
             if step >= fall {
                 spent += own;
                 counted += run.nonsmooth().unwrap().nodes().map(|node| node.1.len()).sum::<usize>();
