@@ -37,6 +37,8 @@ pub(super) const DENSE: usize = 300;
 /// What the node before leaves of the laws, relative to the largest velocity: rows that `W` does
 /// not tell apart contradict one another by several times the change that an iteration ends with.
 const LEFT: f64 = 4e-10;
+/// What may be left to see where a step leads, likewise.
+const ROUGH: f64 = 1e-2;
 /// `ρ` of the first proximal step, by how much it grows with solutions that obey the laws, and the
 /// largest one.
 const FIRST: f64 = 10.0;
@@ -73,6 +75,7 @@ pub(super) struct ActiveRows {
     passes: usize,
     failures: usize, // of exact solutions
     pub(super) by_proximal_steps: bool,
+    pub(super) roughly: bool, // to see where the step leads
     proximal: ProximalRows,
 }
 
@@ -263,7 +266,7 @@ impl ActiveRows {
         W.factorize();
         self.state_factor(W);
         self.approach(speeds)?;
-        if self.is_exact && !self.by_proximal_steps && tries {
+        if self.is_exact && !self.by_proximal_steps && !self.roughly && tries {
             self.proximal.given.clone_from(&self.found);
             if self.solve_exactly(true).is_err() {
                 self.found.clone_from(&self.proximal.given);
@@ -306,6 +309,7 @@ impl ActiveRows {
         let (ends, places, values) = &own.L;
         let L = SparseRows { ends, places, values };
         let rounding = norm_inf(errors);
+        let least = if self.roughly { ROUGH * speeds } else { 0.0 };
         own.within = rounding.max(LEFT * speeds);
         let solved = if own.is_compliant {
             let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
@@ -313,7 +317,7 @@ impl ActiveRows {
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            let repeated = Repeated { first: own.rho, within: rounding };
+            let repeated = Repeated { first: own.rho, within: rounding.max(least) };
             own.solver.follow(cones, L, (w, repeated), found)
         };
         own.left = match solved {

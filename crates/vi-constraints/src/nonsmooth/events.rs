@@ -389,7 +389,7 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<(), StepError> {
         while self.set.len() > MANY {
-            self.node.approach(&self.elements, run, (step, state))?;
+            self.node.look_ahead(&self.elements, run, (step, state))?;
             if !self.find_open(run, state).is_some_and(|gap| gap < 0.0) {
                 break;
             }

@@ -202,8 +202,8 @@ impl NodeImpulses {
         run.velocity(state, h, p, out)
     }
 
-    /// Takes the step with the first impulses of the iteration, to see where it leads.
-    pub(super) fn approach<S: Discretization<C>, C: Constraints>(
+    /// Takes the step with impulses that obey the laws roughly, to see where it leads.
+    pub(super) fn look_ahead<S: Discretization<C>, C: Constraints>(
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
@@ -211,7 +211,10 @@ impl NodeImpulses {
     ) -> Result<(), StepError> {
         self.begin();
         self.begin_laws();
-        self.next_impulses(elements, run, (step, state), 0)?;
+        self.problems.iter_mut().for_each(|problem| problem.roughly = true);
+        let found = self.next_impulses(elements, run, (step, state), 0);
+        self.problems.iter_mut().for_each(|problem| problem.roughly = false);
+        found?;
         std::mem::swap(&mut self.lambda, &mut self.next);
         self.try_step_near(run, (step, state))
     }

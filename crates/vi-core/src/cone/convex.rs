@@ -34,7 +34,7 @@ const HALVINGS: usize = 6;
 /// Steps in a row that do not halve the residual, of Newton's method with the speeds of slip given
 /// and among the unknowns.
 const STALLED: usize = 3;
-const COUPLED_STALLED: usize = 6;
+const COUPLED_STALLED: usize = 4;
 /// To which the least value along a step is known.
 const ALONG: f64 = 1e-3;
 /// Bounds of `ρ` of repeated steps. It grows by `FAST` after a step of Coulomb's law that leads on
@@ -42,8 +42,8 @@ const ALONG: f64 = 1e-3;
 /// that does not; where that law is not found it shrinks by `BACK`.
 const LAST: f64 = 1e5;
 const LEAST: f64 = 1.0;
-const FAST: f64 = 100.0;
-const STEADY: f64 = 4.0;
+const FAST: f64 = 30.0;
+const STEADY: f64 = 3.0;
 const IDLY: f64 = 2.0;
 const BACK: f64 = 0.3;
 const FEW_STEPS: usize = 3;
