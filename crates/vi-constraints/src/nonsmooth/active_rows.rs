@@ -32,6 +32,8 @@ const GROWS: f64 = 100.0;
 const TRIES: usize = 3;
 /// Most rows that are always solved exactly.
 const FEW: usize = 12;
+/// Most rows that are solved exactly from the last impulses first.
+const SOME: usize = 24;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;
 /// What the node before leaves of the laws, relative to the largest velocity: rows that `W` does
@@ -39,6 +41,8 @@ pub(super) const DENSE: usize = 300;
 const LEFT: f64 = 4e-10;
 /// What may be left to see where a step leads, likewise.
 const ROUGH: f64 = 1e-2;
+/// What they leave where an exact solution is near, likewise.
+const NEAR: f64 = 1e-11;
 /// `ρ` of the first proximal step, by how much it grows with solutions that obey the laws, and the
 /// largest one.
 const FIRST: f64 = 10.0;
@@ -245,29 +249,31 @@ impl ActiveRows {
         Ok(())
     }
 
-    /// Solves the laws: of few rows exactly; of many ones so from the last impulses or from where
-    /// proximal steps lead, else as far as those lead.
+    /// Solves the laws: of few rows exactly; of more ones so from the last impulses, where there
+    /// are not many, or where proximal steps lead and leave more than rounding.
     fn solve(&mut self, W: &mut Delassus, speeds: f64) -> Result<(), ConeFault> {
         let is_convex = !self.cones.iter().any(|cone| matches!(cone, Cone::Sliding { .. }));
         let are_many = self.errors.len() > FEW;
         let approaches = is_convex && (are_many || self.by_proximal_steps);
         let tries = self.failures < TRIES && !self.proximal.is_compliant && !self.model.is_empty();
-        if !approaches || !self.by_proximal_steps && tries {
+        let begins = self.errors.len() <= SOME || !self.response.is_empty();
+        if !approaches || !self.by_proximal_steps && tries && begins {
             self.state();
             let solved = self.solve_exactly(approaches);
             if solved.is_ok() || !approaches {
                 return solved;
             }
         }
-        if !self.response.is_empty() {
-            self.response.clear(); // it has no factor
-            self.state();
-        }
+        self.response.clear(); // it has no factor
         W.factorize();
         self.state_factor(W);
         self.approach(speeds)?;
-        if self.is_exact && !self.by_proximal_steps && !self.roughly && tries {
+        let left = self.proximal.left;
+        let is_near = left > norm_inf(&self.errors) && left <= NEAR * speeds;
+        if self.is_exact && is_near && !self.by_proximal_steps && !self.roughly && tries {
             self.proximal.given.clone_from(&self.found);
+            self.state();
+            self.found.clone_from(&self.proximal.given);
             if self.solve_exactly(true).is_err() {
                 self.found.clone_from(&self.proximal.given);
                 self.is_exact = true;
