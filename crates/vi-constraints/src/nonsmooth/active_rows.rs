@@ -32,8 +32,6 @@ const GROWS: f64 = 100.0;
 const TRIES: usize = 3;
 /// Most rows that are always solved exactly.
 const FEW: usize = 12;
-/// Most rows that are solved exactly from the last impulses first.
-const SOME: usize = 24;
 /// Most rows of a dense matrix.
 pub(super) const DENSE: usize = 300;
 /// What the node before leaves of the laws, relative to the largest velocity: rows that `W` does
@@ -77,7 +75,8 @@ pub(super) struct ActiveRows {
     lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
     passes: usize,
-    failures: usize, // of exact solutions
+    failures: usize,     // of exact solutions in this iteration
+    failed_first: usize, // from the last impulses, for this node
     pub(super) by_proximal_steps: bool,
     pub(super) roughly: bool, // to see where the step leads
     proximal: ProximalRows,
@@ -115,6 +114,11 @@ pub(super) struct Present<'a> {
 }
 
 impl ActiveRows {
+    /// A node begins.
+    pub(super) fn begin_node(&mut self) {
+        self.failed_first = 0;
+    }
+
     /// An iteration begins.
     pub(super) fn begin(
         &mut self,
@@ -249,20 +253,25 @@ impl ActiveRows {
         Ok(())
     }
 
-    /// Solves the laws: of few rows exactly; of more ones so from the last impulses, where there
-    /// are not many, or where proximal steps lead and leave more than rounding.
+    /// Solves the laws: of few rows exactly; of more ones so from the last impulses, or by proximal
+    /// steps, and exactly from there where those leave little but more than rounding.
     fn solve(&mut self, W: &mut Delassus, speeds: f64) -> Result<(), ConeFault> {
         let is_convex = !self.cones.iter().any(|cone| matches!(cone, Cone::Sliding { .. }));
         let are_many = self.errors.len() > FEW;
         let approaches = is_convex && (are_many || self.by_proximal_steps);
-        let tries = self.failures < TRIES && !self.proximal.is_compliant && !self.model.is_empty();
-        let begins = self.errors.len() <= SOME || !self.response.is_empty();
-        if !approaches || !self.by_proximal_steps && tries && begins {
+        let tries = !self.by_proximal_steps
+            && !self.proximal.is_compliant
+            && !self.model.is_empty()
+            && self.failures < TRIES;
+        let is_some = self.errors.len() <= MANY && self.failed_first < TRIES;
+        let begins = tries && (is_some || !self.response.is_empty());
+        if !approaches || begins {
             self.state();
             let solved = self.solve_exactly(approaches);
             if solved.is_ok() || !approaches {
                 return solved;
             }
+            self.failed_first += 1;
         }
         self.response.clear(); // it has no factor
         W.factorize();
@@ -270,7 +279,7 @@ impl ActiveRows {
         self.approach(speeds)?;
         let left = self.proximal.left;
         let is_near = left > norm_inf(&self.errors) && left <= NEAR * speeds;
-        if self.is_exact && is_near && !self.by_proximal_steps && !self.roughly && tries {
+        if self.is_exact && is_near && tries && !self.roughly {
             self.proximal.given.clone_from(&self.found);
             self.state();
             self.found.clone_from(&self.proximal.given);

@@ -295,7 +295,7 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<f64, StepError> {
         self.close(state);
-        self.node.whole = whole;
+        self.node.begin_node(whole);
         self.node.open(&self.elements, run, (state, step.h), &self.set)?;
         let mut sub_step = step;
         let mut counts = state.contacts.counts;

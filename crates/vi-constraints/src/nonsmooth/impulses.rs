@@ -74,6 +74,12 @@ impl NodeImpulses {
         Self { turning_slip, impact_law, ..Self::default() }
     }
 
+    /// A node begins.
+    pub(super) fn begin_node(&mut self, whole: f64) {
+        self.whole = whole;
+        self.problems.iter_mut().for_each(ActiveRows::begin_node);
+    }
+
     /// Opens a node with contacts, in ascending order.
     pub(super) fn open<S: Discretization<C>, C: Constraints>(
         &mut self,
