@@ -97,6 +97,16 @@ struct ProximalRows {
     given: Vec<f64>,     // those of the rows to be found; what proximal steps found
 }
 
+impl ProximalRows {
+    /// From now on there is a compliance about these impulses.
+    fn comply(&mut self, lambda: &[f64], speeds: f64) {
+        self.is_compliant = true;
+        self.reference.clear();
+        self.reference.extend_from_slice(lambda);
+        self.rho = (speeds / self.left).clamp(FIRST, LAST);
+    }
+}
+
 /// The impulse of a row is known.
 const KNOWN: usize = usize::MAX;
 
@@ -146,7 +156,8 @@ impl ActiveRows {
         }
         self.response.clear();
         (self.passes, self.failures, self.is_exact) = (0, 0, false);
-        (self.proximal.rho, self.proximal.is_compliant) = (FIRST, false);
+        let own = &mut self.proximal;
+        (own.rho, own.left, own.is_compliant) = (FIRST, 0.0, false);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -168,6 +179,17 @@ impl ActiveRows {
     pub(super) fn deviation(&self, change: f64) -> Option<f64> {
         let most = self.proximal.left.max(change);
         (self.proximal.is_compliant && most > self.proximal.within).then_some(most)
+    }
+
+    /// A compliance is to end the iteration, where proximal steps violate the laws; whether it is
+    /// new.
+    pub(super) fn comply(&mut self, speeds: f64) -> bool {
+        let own = &mut self.proximal;
+        let is_new = !own.is_compliant && !self.is_exact && own.left > 0.0;
+        if is_new {
+            own.comply(&self.lambda, speeds);
+        }
+        is_new
     }
 
     /// Whether there is a compliance.
@@ -342,9 +364,7 @@ impl ActiveRows {
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
         if self.passes >= LEADS && !own.is_compliant {
-            own.is_compliant = true;
-            own.reference.clone_from(lambda);
-            own.rho = (speeds / own.left).clamp(FIRST, LAST);
+            own.comply(lambda, speeds);
         } else if self.is_exact {
             own.rho = (own.rho * NEARER).min(LAST);
         }

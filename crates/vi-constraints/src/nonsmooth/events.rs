@@ -34,6 +34,8 @@ const NEAR: f64 = 1e-2;
 /// More contacts than this go on from the impulses that were found where others join them; fewer
 /// begin again at those of the state, which choose among several solutions.
 const MANY: usize = 100;
+/// So often a first touch is looked for again where impulses that are not unique lead past it.
+const BRANCHES: usize = 8;
 /// Parts of a step that are not taken by themselves.
 const REST: f64 = 1e-9;
 /// The shortest part of a step whose impulses are looked for where those of longer ones are not
@@ -438,11 +440,18 @@ impl Nonsmooth {
                     return Ok(None);
                 }
             }
-            let (found, at) = self.first_touch(run, (step, end), state)?;
-            if found > REST * whole {
+            for _ in 0..BRANCHES {
+                let (found, at) = self.first_touch(run, (step, whole, end), state)?;
+                if found <= REST * whole {
+                    break;
+                }
                 if at.to_bits() != found.to_bits() {
                     let step = SubStep { h: found, t_end: state.t + found, ..step };
-                    self.solve(run, step, state)?;
+                    let smallest = self.solve(run, step, state)?.unwrap_or(0.0);
+                    if smallest < 0.0 {
+                        end = (found, smallest); // by other impulses than before
+                        continue;
+                    }
                 }
                 return Ok(Some(found));
             }
@@ -464,7 +473,7 @@ impl Nonsmooth {
     fn first_touch<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, (length, passed)): (SubStep, (f64, f64)),
+        (step, whole, (length, passed)): (SubStep, f64, (f64, f64)),
         state: &State,
     ) -> Result<(f64, f64), StepError> {
         // what is passed may have been out of reach where the step starts
@@ -479,6 +488,10 @@ impl Nonsmooth {
         let mut bracket = Bracket::new([0.0, -now], [length, -passed]);
         let mut at = length;
         while let Some(h) = bracket.next(f64::EPSILON * length) {
+            let h = h.max(REST * whole); // in less it touches now
+            if h >= bracket.high() {
+                break;
+            }
             let trial = SubStep { h, t_end: state.t + h, ..step };
             let gap = self.solve(run, trial, state)?.unwrap_or(now);
             at = h;

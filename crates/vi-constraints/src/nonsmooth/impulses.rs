@@ -453,14 +453,19 @@ impl NodeImpulses {
             }
             passes = pass + 1;
             stands = change == 0.0 && passes > EARLY;
+            let mut complies = false;
             if stands && settled {
-                break; // the same problem would be stated again
+                let own = self.problems.iter_mut().take(self.islands.count());
+                own.for_each(|problem| complies |= problem.comply(speeds));
+                if !complies {
+                    break; // the same problem would be stated again
+                }
             }
             if !responds && Self::is_slow(pass, change, last) {
                 responds = true;
                 self.respond(run, (step, state))?;
             }
-            last = change;
+            last = if complies { f64::INFINITY } else { change };
             std::mem::swap(&mut self.lambda, &mut self.next);
         }
         let worst = self.largest_change(step.h).2;
