@@ -237,6 +237,15 @@ impl Gradient {
     }
 }
 
+/// Whether steps leave the momentum that is held in the state: Galerkin steps, by [2.29].
+fn keeps_momentum<S, C>(run: &Integrator<S, C>) -> bool
+where
+    S: DiscreteLagrangian + 'static,
+    C: Constraints + 'static,
+{
+    run.method().stages().is_some()
+}
+
 /// A node with the momentum that is held there.
 fn holding(node: &State, p: &[f64]) -> State {
     let own = State::new(node.t, node.q.clone(), p.to_vec());
@@ -334,6 +343,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         counts: bool,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
+        let keeps = keeps_momentum(run);
         let Self { found, costates, p, dq, .. } = self;
         let last = steps.end - 1;
         let mut nodes = counts.then(|| NodeCost::of(objective, run.state()));
@@ -345,11 +355,16 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                     found.value += objective.of_step(taken.s, w);
                 }
                 if step == last {
-                    costates.momentum(system, taken.points(), p);
+                    if !keeps {
+                        costates.momentum(system, taken.s, p);
+                    }
                     dq.copy_from_slice(&taken.s.dq);
                 }
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+            if step == last && keeps {
+                p.copy_from_slice(&run.state().p);
+            }
             if let Some(nodes) = &mut nodes {
                 objective.follow(run.state(), Seen::Next);
                 found.value += nodes.step_to(objective, run.state());
@@ -365,6 +380,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         steps: std::ops::Range<usize>,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
+        let keeps = keeps_momentum(run);
         self.tape.clear();
         let Self { tape, nodes, found, first, costates, p, dq, begin, .. } = self;
         nodes.clear();
@@ -382,10 +398,15 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                     found.value += objective.of_step(taken.s, w);
                 }
                 tape.push(step, taken.points(), p);
-                costates.momentum(system, taken.points(), p);
+                if !keeps {
+                    costates.momentum(system, taken.s, p);
+                }
                 dq.copy_from_slice(&taken.s.dq);
             });
             taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
+            if keeps {
+                p.copy_from_slice(&run.state().p);
+            }
             if let Some(costs) = &mut costs {
                 objective.follow(run.state(), Seen::Next);
                 found.value += costs.step_to(objective, run.state());
@@ -474,9 +495,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let step = tape.step(k);
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
-            let before = match k.checked_sub(1).filter(|_| self.task.objective.counts_steps()) {
-                Some(k) => tape.at(k).points.last().map_or_else(Vec::new, |s| s.dq.clone()),
-                None => self.begin.clone(),
+            let before = match (self.task.objective.counts_steps(), k.checked_sub(1)) {
+                (false, _) => Vec::new(),
+                (true, Some(k)) => tape.increments(k).to_vec(),
+                (true, None) => self.begin.clone(),
             };
             let node = (nodes.get(node).filter(|_| starts), &before[..]);
             self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
@@ -515,8 +537,11 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
             design.add_internal_adjoint(s, &costate.z, sums);
         }
-        let node = node.filter(|_| objective.counts_steps());
-        forces.clear();
+        let counts_steps = objective.counts_steps();
+        let node = node.filter(|_| counts_steps);
+        if counts_steps {
+            forces.clear();
+        }
         let accelerates = is_counted && !objective.accelerations().is_empty();
         if let (Some(node), true) = (node, step > 0 && accelerates) {
             let at = NodePlace { weight: s.h, is_last: false };
@@ -549,11 +574,13 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 add(&own, &mut found.controls[place]);
             }
         }
-        found.value += forces.cost;
-        self.by_step += forces.by_step;
-        add(&forces.q, &mut costate.q);
-        add(&forces.p, &mut costate.p);
-        if is_counted {
+        if counts_steps {
+            found.value += forces.cost;
+            self.by_step += forces.by_step;
+            add(&forces.q, &mut costate.q);
+            add(&forces.p, &mut costate.p);
+        }
+        if counts_steps && is_counted {
             add(&self.carried, &mut costate.q);
             self.carried.copy_from_slice(&forces.neighbours);
         }

@@ -111,16 +111,19 @@ struct Found {
 fn back(
     run: &MechanismIntegrator,
     sweep: &mut Sweep,
-    (steps, p): (&[Vec<Interval>], &[f64]),
+    (steps, nodes): (&[Vec<Interval>], &[Vec<f64>]),
     mut costate: Costate,
     along: Tangents,
 ) -> Found {
     let (system, mechanism) = (run.system(), run.constraints());
-    let mut momenta = vec![p.to_vec()];
-    for s in steps {
-        let mut next = momenta.last().unwrap().clone();
-        sweep.momentum(system, s, &mut next);
-        momenta.push(next);
+    let mut momenta = nodes.to_vec();
+    if run.method().stages().is_none() {
+        momenta.truncate(1);
+        for points in steps {
+            let mut next = momenta.last().unwrap().clone();
+            sweep.momentum(system, &points[0], &mut next);
+            momenta.push(next);
+        }
     }
     sweep.hold(system, &steps[steps.len() - 1], &mut costate);
     let (mut mu, mut rows) = (Vec::new(), Vec::new());
@@ -166,17 +169,18 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
         let along = Tangents::OfBodies;
         sweeps.extend(run.costate_sweep(along).map(|sweep| (along, sweep)));
     }
-    let (p, mut taken) = (run.state().p.clone(), Vec::<Vec<Interval>>::new());
+    let (mut nodes, mut taken) = (vec![run.state().p.clone()], Vec::<Vec<Interval>>::new());
     for _ in 0..steps {
         run.step_with(&mut |_, _, step| taken.push(step.points().to_vec())).unwrap();
+        nodes.push(run.state().p.clone());
     }
     let mut random = || (0..n).map(|_| sample.number()).collect();
     let end = Costate { q: random(), p: random(), z: Vec::new() };
     let mut worst = 0.0_f64;
     for (along, mut sweep) in sweeps {
         let mut general = Linearization::new(run.method(), (n, m), run.rows());
-        let ours = back(run, &mut *sweep, (&taken, &p), end.clone(), along);
-        let other = back(run, &mut general, (&taken, &p), end.clone(), along);
+        let ours = back(run, &mut *sweep, (&taken, &nodes), end.clone(), along);
+        let other = back(run, &mut general, (&taken, &nodes), end.clone(), along);
         let off = [(&ours.a, &other.a), (&ours.b, &other.b)].map(|(x, y)| apart(x, y));
         worst = worst.max(off[0]).max(off[1]);
         worst = worst.max(apart(&ours.mu.concat(), &other.mu.concat()));

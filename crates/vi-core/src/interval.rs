@@ -188,6 +188,13 @@ impl Interval {
         self.derived.is_current = false;
     }
 
+    /// Opens the interval of length `h` that starts where another one does.
+    pub fn open_within(&mut self, step: &Self, h: f64) {
+        self.open_start(step.t, h, &step.q0, &step.compensation);
+        self.angles.extend_from_slice(&step.angles);
+        self.internal.extend_from_slice(&step.internal);
+    }
+
     /// Derives so many values from `q_n` alone, which last until the interval is opened again.
     pub fn derive(&mut self, count: usize, derive: impl FnOnce(&[f64], &mut [f64])) {
         self.derived.values.resize(count, 0.0);

@@ -21,9 +21,9 @@ use vi_core::linear::Singular;
 /// Pulls costates back. `points`: the step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step,
 /// of which the last is the step.
 pub trait CostateSweep<S, C> {
-    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step from `p̃_n` in `out`,
-    /// shape `n`.
-    fn momentum(&mut self, system: &S, points: &[Interval], out: &mut [f64]);
+    /// `out ←` the momentum `p̃_{n+1}` that is held at the end of a step of order 2 from `p̃_n` in
+    /// `out`, shape `n`. By Galerkin steps it is `p̄_{n+1}` of the state.
+    fn momentum(&mut self, system: &S, s: &Interval, out: &mut [f64]);
 
     /// Makes `a`, the derivative by `q_N` with `p̄_N` held, one with `p̃_N` held, after the last
     /// step.
@@ -238,11 +238,8 @@ fn last(points: &[Interval]) -> &Interval {
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization {
-    fn momentum(&mut self, system: &S, points: &[Interval], out: &mut [f64]) {
-        if let Self::Galerkin(step) = self {
-            step.place(system, points, out);
-        }
-        self.momentum_at_end(system, points, out);
+    fn momentum(&mut self, system: &S, s: &Interval, out: &mut [f64]) {
+        system.forced_d2(s, out);
     }
 
     fn hold(&mut self, _: &S, _: &[Interval], _: &mut Costate) {}

@@ -20,7 +20,7 @@ use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
 use vi_core::Number;
-use vi_core::coordinate_force::SignedUnknown;
+use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
@@ -119,6 +119,25 @@ impl<T: Number> Value<T> {
         for (factor, row) in self.parts(q) {
             if let Some(row) = row {
                 row.for_each_slope(q, |i, slope| visit(i, factor * slope));
+            }
+        }
+    }
+}
+
+/// The rows that a coordinate is made of, its derivatives by them, and the second ones.
+type Chain<'a> = ([Option<&'a Row>; 2], [f64; 2], [[f64; 2]; 2]);
+
+impl Value {
+    /// `θ_k` and `θ_kl` at `q`.
+    fn chain(&self, q: &[f64]) -> Chain<'_> {
+        match self {
+            Self::Length(row) => ([Some(row), None], [1.0, 0.0], [[0.0; 2]; 2]),
+            Self::Angle { sine, cosine } => {
+                let (s, c) = (sine.value(q), cosine.value(q));
+                let square = s * s + c * c;
+                let [same, mixed] = [-2.0 * s * c, s * s - c * c].map(|x| x / (square * square));
+                let first = [c / square, -s / square];
+                ([Some(sine), Some(cosine)], first, [[same, mixed], [mixed, -same]])
             }
         }
     }
@@ -411,13 +430,6 @@ impl JointCoordinate {
         }
     }
 
-    /// Emits `scale ∇θ (D²θ v)ᵀ`: the change of its rate with the configuration.
-    pub fn emit_rate_slope(&self, q: &[f64], v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.for_each_slope(q, |i, left| {
-            self.for_each_bend(q, v, scale, |j, right| out.add(i, j, left * right));
-        });
-    }
-
     /// `out ← out + scale D²θ(q) v`.
     pub fn add_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
         self.for_each_bend(q, v, scale, |i, own| out[i] += own);
@@ -450,15 +462,65 @@ impl JointCoordinate {
         }
     }
 
+    /// Emits `∇θ (τ_θ ∇θ + τ_θ̇ D²θ v)ᵀ + τ D²θ(q)`, the slope of `τ(θ, ∇θ·v) ∇θ`; always the same
+    /// places in the same order. Allocates.
+    /// ```text
+    /// θ = θ(r_1, r_2) of rows:    ∇θ = Σ θ_k ∇r_k,    D²θ = Σ θ_kl ∇r_k ∇r_lᵀ + Σ θ_k D²r_k
+    /// ```
+    pub fn emit_effort_slopes(
+        &self,
+        (q, v): (&[f64], &[f64]),
+        effort: f64,
+        slopes: EffortSlopes,
+        out: &mut dyn Entries,
+    ) {
+        let (rows, first, second) = self.value.chain(q);
+        // of each coordinate: ∇r_1, ∇r_2, Σ θ_k D²r_k v
+        let mut entries: Vec<(usize, [f64; 3])> = Vec::with_capacity(24);
+        let mut gather =
+            |of: usize, i: usize, value: f64| match entries.iter_mut().find(|(own, _)| *own == i) {
+                Some((_, own)) => own[of] += value,
+                None => {
+                    let mut own = [0.0; 3];
+                    own[of] = value;
+                    entries.push((i, own));
+                }
+            };
+        let by_rate = slopes.by_rate;
+        let mut rates = [0.0; 2];
+        for (k, row) in rows.iter().enumerate() {
+            let Some(row) = row else { continue };
+            row.for_each_slope(q, |i, slope| gather(k, i, slope));
+            if by_rate != 0.0 {
+                rates[k] = row.rate(q, v);
+                row.for_each_bend(v, |i, bend| gather(2, i, first[k] * bend));
+            }
+        }
+        let of_rows = [0, 1].map(|k| {
+            let turned = second[k][0] * rates[0] + second[k][1] * rates[1];
+            slopes.by_coordinate * first[k] + by_rate * turned
+        });
+        for &(j, [a, b, bend]) in &entries {
+            let y = of_rows[0] * a + of_rows[1] * b + by_rate * bend;
+            let [left, right] =
+                [0, 1].map(|k| first[k] * y + effort * (second[k][0] * a + second[k][1] * b));
+            for &(i, [a, b, _]) in &entries {
+                out.add(i, j, left * a + right * b);
+            }
+        }
+        for (row, factor) in rows.iter().zip(first) {
+            if let Some(row) = row {
+                row.emit_second(effort * factor, out);
+            }
+        }
+    }
+
     /// Emits `scale D²θ(q)`; always the same places in the same order.
     pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         match &self.value {
             Value::Length(row) => row.emit_second(scale, out),
             Value::Angle { sine, cosine } => {
-                let (s, c) = (sine.value(q), cosine.value(q));
-                let square = s * s + c * c;
-                let same = -2.0 * s * c / (square * square);
-                let mixed = (s * s - c * c) / (square * square);
+                let (_, first, [[same, mixed], _]) = self.value.chain(q);
                 let pairs = [
                     (sine, sine, same),
                     (cosine, cosine, -same),
@@ -470,8 +532,8 @@ impl JointCoordinate {
                         right.for_each_slope(q, |j, b| out.add(i, j, scale * factor * a * b));
                     });
                 }
-                sine.emit_second(scale * c / square, out);
-                cosine.emit_second(-scale * s / square, out);
+                sine.emit_second(scale * first[0], out);
+                cosine.emit_second(scale * first[1], out);
             }
         }
     }

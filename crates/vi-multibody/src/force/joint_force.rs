@@ -92,9 +92,9 @@ impl DiscretePotential for JointSpring {
         self.coordinate.add_gradient(at.q, scale * self.stiffness * stretch, out);
     }
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
-        let (q, stretch) = (at.q, self.coordinate.at(at) - self.rest);
-        self.coordinate.emit_product(q, q, scale * self.stiffness, out);
-        self.coordinate.emit_second(q, scale * self.stiffness * stretch, out);
+        let (slope, stretch) = (scale * self.stiffness, self.coordinate.at(at) - self.rest);
+        let slopes = EffortSlopes { by_coordinate: slope, by_rate: 0.0 };
+        self.coordinate.emit_effort_slopes((at.q, &[]), slope * stretch, slopes, out);
     }
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         self.coordinate.unknown().map(|unknown| AlongUnknown { unknown, force: self })
@@ -319,13 +319,10 @@ impl<L: JointLaw> JointForce<L> {
         out: &mut dyn Entries,
     ) {
         let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
-        let slopes = self.law.slopes(at.t, coordinate, rate);
-        self.coordinate.emit_product(at.q, at.q, scale * slopes.by_coordinate, out);
-        let effort = self.law.effort(at.t, coordinate, rate);
-        self.coordinate.emit_second(at.q, scale * effort, out);
-        if with_rate {
-            self.coordinate.emit_rate_slope(at.q, v, scale * slopes.by_rate, out);
-        }
+        let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
+        let by_rate = if with_rate { scale * slopes.by_rate } else { 0.0 };
+        let slopes = EffortSlopes { by_coordinate: scale * slopes.by_coordinate, by_rate };
+        self.coordinate.emit_effort_slopes((at.q, v), scale * effort, slopes, out);
     }
 }
 
@@ -412,8 +409,8 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     ) {
         if self.law.is_given() {
             if by_q != 0.0 {
-                let effort = self.law.effort(at.t, 0.0, 0.0);
-                self.coordinate.emit_second(at.q, by_q * effort, out);
+                let (effort, none) = (self.law.effort(at.t, 0.0, 0.0), EffortSlopes::default());
+                self.coordinate.emit_effort_slopes((at.q, &[]), by_q * effort, none, out);
             }
             return;
         }
@@ -429,8 +426,9 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
         let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
-        let slope = self.law.slopes(at.t, coordinate, rate).by_rate;
-        self.coordinate.emit_product(at.q, at.q, scale * slope, out);
+        let by_coordinate = scale * self.law.slopes(at.t, coordinate, rate).by_rate;
+        let slopes = EffortSlopes { by_coordinate, by_rate: 0.0 };
+        self.coordinate.emit_effort_slopes((at.q, v), 0.0, slopes, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()

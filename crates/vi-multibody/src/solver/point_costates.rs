@@ -169,7 +169,7 @@ impl PointCostates {
 
     /// Stands at the control points of a step from `p̄_n`, with the wrenches that bend it.
     fn stand(&mut self, system: &SeparableSystem, points: &[Interval], p: &[f64]) {
-        let Self { points: own, all, at, w: [first, w], forces, parts, .. } = self;
+        let Self { points: own, all, at, w: [first, w], forces, joints, parts, .. } = self;
         own.take(points, p);
         own.evaluate(system);
         parts.stand(own);
@@ -179,6 +179,7 @@ impl PointCostates {
         }
         own.balance(system, 0, first);
         for l in 1..s {
+            let w = joints.as_mut().map_or(&mut *w, |joints| &mut joints.balance[l]);
             own.balance(system, l, w);
             all.bend(&at.links, (l, h), w);
         }
@@ -216,28 +217,20 @@ impl PointCostates {
         }
     }
 
-    /// Finds `w_i`, and `Λ_i`, which balance them.
-    fn take_joints(
-        &mut self,
-        system: &SeparableSystem,
-        mechanism: &Mechanism,
-    ) -> Result<(), Singular> {
+    /// Finds `Λ_i`, which balance `w_i`.
+    fn take_joints(&mut self, mechanism: &Mechanism) -> Result<(), Singular> {
         let Self { points, joints, parts, w: [first, _], by_rows, .. } = self;
         let Some(Joints { all, balance, impulses, .. }) = joints else { return Ok(()) };
         parts.stand_between(points);
         all.go_back();
+        if !*by_rows {
+            return Ok(());
+        }
+        balance[0].copy_from_slice(first);
         for (i, (w, impulse)) in balance.iter_mut().zip(impulses).enumerate() {
-            match i {
-                0 => w.copy_from_slice(first),
-                _ => points.balance(system, i, w),
-            }
-            if *by_rows {
-                all.balance(mechanism, (i, points.q(i)), w, impulse)?;
-            }
+            all.balance(mechanism, (i, points.q(i)), w, impulse)?;
         }
-        if *by_rows {
-            first.fill(0.0); // the curvature is that of their rows, not of P
-        }
+        first.fill(0.0); // the curvature is that of their rows, not of P
         Ok(())
     }
 
@@ -324,7 +317,7 @@ impl PointCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.stand(system, points, p);
-        self.take_joints(system, mechanism)?;
+        self.take_joints(mechanism)?;
         self.load(costate);
         let solvable = self.all.solve(&self.at.links, self.forces.as_ref().map(|own| &own.acting));
         let s = self.points.stages();
@@ -348,12 +341,7 @@ impl PointCostates {
 }
 
 impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
-    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
-        let Self { points: own, .. } = self;
-        own.take(points, out);
-        own.evaluate(system);
-        own.balance(system, own.stages(), out);
-    }
+    fn momentum(&mut self, _: &SeparableSystem, _: &Interval, _: &mut [f64]) {}
 
     fn hold(&mut self, _: &SeparableSystem, _: &[Interval], _: &mut Costate) {}
 

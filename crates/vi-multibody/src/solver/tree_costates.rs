@@ -388,8 +388,7 @@ impl TreeCostates {
 }
 
 impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
-    fn momentum(&mut self, system: &SeparableSystem, points: &[Interval], out: &mut [f64]) {
-        let [s] = points else { return };
+    fn momentum(&mut self, system: &SeparableSystem, s: &Interval, out: &mut [f64]) {
         if self.holds_efforts() {
             return system.forced_d2(s, out);
         }

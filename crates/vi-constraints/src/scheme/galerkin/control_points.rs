@@ -81,13 +81,15 @@ impl ControlPoints {
         let last = points.len() - 1;
         let step = &from[last];
         for (j, (point, own)) in points.iter_mut().zip(from).enumerate() {
-            point.copy_from(step);
-            if j < last {
-                point.h = constants.nodes[j + 1] * step.h;
-                point.end_at(point.t + point.h);
-                point.dq.copy_from_slice(&own.dq);
-                point.close_from_increment();
+            if j == last {
+                point.copy_from(step);
+                continue;
             }
+            let h = constants.nodes[j + 1] * step.h;
+            point.open_within(step, h);
+            point.end_at(step.t + h);
+            point.dq.copy_from_slice(&own.dq);
+            point.close_from_increment();
         }
         for (node, c) in gauss.iter_mut().zip(&constants.gauss_nodes) {
             node.t = step.t + c * step.h;

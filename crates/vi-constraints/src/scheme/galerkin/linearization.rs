@@ -108,13 +108,6 @@ impl GalerkinLinearization {
         lu.factorize(matrix)
     }
 
-    /// Takes the control points of a step from the momentum `p̄`, as
-    /// [`GalerkinLinearization::linearize`] does, without derivatives.
-    pub fn place(&mut self, system: &impl DiscreteLagrangian, points: &[Interval], p: &[f64]) {
-        self.blocks.points.take(points, p);
-        self.blocks.points.evaluate(system);
-    }
-
     /// `p ← p̄_{n+1} = w_s` of the step.
     pub fn momentum(&mut self, system: &impl DiscreteLagrangian, p: &mut [f64]) {
         let s = self.stages();

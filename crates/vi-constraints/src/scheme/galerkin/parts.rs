@@ -54,7 +54,6 @@ impl Parts {
         let s = points.step();
         for (i, own) in self.between.iter_mut().enumerate() {
             let [t, t_end] = [i, i + 1].map(|i| points.time(i));
-            own.copy_from(s);
             own.open_start(t, t_end - t, points.q(i), &self.none[0]);
             own.end_at(t_end);
             own.q1.copy_from_slice(points.q(i + 1));
