@@ -326,6 +326,30 @@ fn of_random_loops() {
 }
 
 #[test]
+fn of_random_loops_by_galerkin_steps() {
+    let mut sample = Sample::new(10);
+    let (mut worst, mut compared) = (0.0, 0);
+    for seed in 0..60 {
+        for (loaded, kept) in [(false, 1), (true, 2), (false, 4)] {
+            let options = second().galerkin(Stages::new(1 + seed as usize % 3).unwrap());
+            if let Some(mut run) =
+                random_mechanism(2 + seed as usize % 4, seed, (loaded, kept), options)
+                && !run.constraints().description().joints.is_empty() // nothing presses else
+                && least_singular_value(&run) > 0.01
+                && let Some(off) = difference(&mut run, &mut sample, 4)
+            {
+                assert!(off < 1e-10, "seed {seed}, {kept} distances: {off:e}");
+                (worst, compared) = (off.max(worst), compared + 1);
+            }
+        }
+    }
+    println!(
+        "null spaces and saddle points differ by {worst:.1e} at most on {compared} mechanisms"
+    );
+    assert!(compared > 80, "{compared}");
+}
+
+#[test]
 fn of_chosen_mechanisms_and_compositions() {
     let mut sample = Sample::new(6);
     let subjects: [fn() -> Subject; 3] = [pendulum, conservative, four_bar];

@@ -98,14 +98,7 @@ impl LoopCostates {
             qr.matrix_mut().as_mut_slice()[own].copy_from_slice(start);
         }
         qr.factorize();
-        qr.apply_q_transposed(balance);
-        for i in (0..*rank).rev() {
-            let known = (i + 1..*rank).map(|j| qr.factors()[(i, j)] * lambda[j]);
-            lambda[i] = (balance[i] - known.sum::<f64>()) / qr.diagonal(i);
-            if !lambda[i].is_finite() {
-                return Err(Singular);
-            }
-        }
+        multipliers(qr, balance, lambda)?;
         let chosen = &qr.pivots()[..*rank];
         for (row, lambda) in chosen.iter().zip(&*lambda) {
             rows[*row].add_gradient(&s.q0, -*lambda, w);
@@ -206,8 +199,28 @@ impl LoopCostates {
     }
 }
 
+/// `λ` of the first pivots with `Jᵀ λ = balance`, in least squares; `balance` becomes `Qᵀ` of it.
+///
+/// # Errors
+/// [`Singular`] where rows that were independent are no longer.
+pub(super) fn multipliers(
+    qr: &PivotedQr,
+    balance: &mut [f64],
+    lambda: &mut [f64],
+) -> Result<(), Singular> {
+    qr.apply_q_transposed(balance);
+    for i in (0..lambda.len()).rev() {
+        let known = (i + 1..lambda.len()).map(|j| qr.factors()[(i, j)] * lambda[j]);
+        lambda[i] = (balance[i] - known.sum::<f64>()) / qr.diagonal(i);
+        if !lambda[i].is_finite() {
+            return Err(Singular);
+        }
+    }
+    Ok(())
+}
+
 /// `P(q)ᵀ ∇g` of all rows, by links that are open at `q`.
-fn project(
+pub(super) fn project(
     at: &mut Workspace,
     rows: &[ScalarRow],
     q: &[f64],

@@ -11,6 +11,7 @@ pub mod ensemble;
 mod joint_costates;
 mod law_along;
 mod loop_costates;
+mod loop_point_costates;
 mod member_blocks;
 mod point_costates;
 mod point_slopes;

@@ -39,6 +39,7 @@ pub use structure::{Solver, has_many_ancestors};
 
 use crate::contact::{Contacts, TransmittedImpulses};
 use crate::mechanism::Mechanism;
+use crate::solver::loop_point_costates::LoopPointCostates;
 use crate::solver::point_costates::PointCostates;
 use crate::solver::tree_costates::TreeCostates;
 use crate::solver::tree_map::TreeMap;
@@ -101,8 +102,8 @@ pub fn integrator(
     Ok(run)
 }
 
-/// The sweep over the links of a tree, transposed, with few rows of loops on top; `None` of other
-/// mechanisms.
+/// The sweep over the links of a tree, transposed, with few rows of loops on top; of Galerkin steps
+/// on loops by the null space of few degrees of freedom. `None` of other mechanisms.
 fn costates(
     system: &SeparableSystem,
     mechanism: &Mechanism,
@@ -112,7 +113,11 @@ fn costates(
     match method.stages() {
         None => TreeCostates::new(mechanism, system, rows, along).map(|own| Box::new(own) as _),
         Some(stages) => {
-            PointCostates::new(mechanism, system, stages, along).map(|own| Box::new(own) as _)
+            let tree = PointCostates::new(mechanism, system, stages, along);
+            tree.map(|own| Box::new(own) as _).or_else(|| {
+                let loops = LoopPointCostates::new(mechanism, system, rows, (stages, along));
+                loops.map(|own| Box::new(own) as _)
+            })
         }
     }
 }

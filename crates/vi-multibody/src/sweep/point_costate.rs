@@ -141,6 +141,12 @@ impl PointTree {
         write_links(self, links, i, mu);
     }
 
+    /// `v ← P(q_l) m`, shape `n`, of rates along unknowns, as [`super::pull_back`] has them.
+    pub(crate) fn push_forward(&mut self, links: &[Link<One>], l: usize, m: &[f64], v: &mut [f64]) {
+        push_links(self, links, l, m);
+        self.write(links, l, v);
+    }
+
     /// The twist of `μ_i` of a link.
     pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<Held> {
         self.stands[link * (self.s + 1) + i].twist
@@ -566,6 +572,40 @@ fn sweep_substitute<W: Width>(s: OneTree<W>, at: &mut PointTree, links: &[Link<O
                 *twist = twist.take(s).plus(motion(s, link, act, axis).times(*m)).held();
             }
         }
+    }
+}
+
+sweep! {
+    push_links = sweep_push(
+        at: &'a mut PointTree, links: &'a [Link<One>], l: usize, m: &'a [f64]
+    ) -> ()
+}
+
+#[inline(always)]
+fn sweep_push<W: Width>(
+    s: OneTree<W>,
+    at: &mut PointTree,
+    links: &[Link<One>],
+    l: usize,
+    m: &[f64],
+) {
+    let points = at.s + 1;
+    for (k, link) in links.iter().enumerate() {
+        let mut twist = match link.parent {
+            Some(parent) => {
+                let lever = s.take(&at.stands[k * points + l].lever);
+                at.stands[parent * points + l].twist.take(s).at_end_of(lever)
+            }
+            None => Screw::zero(s),
+        };
+        if let Motion::Spherical = link.motion {
+            twist.angular = s.zero(); // its unknowns are the spin in space, as in `pull_back`
+        }
+        for c in 0..link.motion.dof() {
+            let (act, axis, _) = column(s, &at.axes, link, (c, l, points));
+            twist = twist.plus(motion(s, link, act, axis).times(m[link.unknown + c]));
+        }
+        at.stands[k * points + l].twist = twist.held();
     }
 }
 

@@ -34,6 +34,31 @@ impl GaussSlopes {
         }
     }
 
+    /// `out_j ← out_j + (h H_ij)ᵀ v`, `j = 0 … s`, without inertia, the curvature of constraints
+    /// and interpolated strains.
+    pub fn add_transposed(
+        &self,
+        points: &ControlPoints,
+        i: usize,
+        v: &[f64],
+        out: &mut [Vec<f64>],
+    ) {
+        let (constants, h) = (points.constants(), points.h());
+        let mut product = vec![0.0; v.len()];
+        for (k, slopes) in self.0.iter().enumerate() {
+            let weight = h * constants.gauss_weights[k] * constants.E[(k, i)];
+            for (part, slopes) in slopes.iter().enumerate() {
+                let Some(slopes) = slopes else { continue };
+                product.fill(0.0);
+                slopes.tr_mul_add(weight, v, &mut product);
+                for (j, out) in out.iter_mut().enumerate() {
+                    let by = [h * constants.E[(k, j)], constants.D[(k, j)]][part];
+                    out.iter_mut().zip(&product).for_each(|(out, x)| *out += by * x);
+                }
+            }
+        }
+    }
+
     /// Emits `h H_ij` without inertia and the curvature of constraints; for each `(i, j)` always
     /// the same places in the same order.
     pub fn emit(
