@@ -326,6 +326,66 @@ natural_length = 0.5
 damping = 0.7
 "#;
 
+/// A link on a ball joint of another one, which a spring turns.
+pub(super) const BALLS: &str = r#"
+[model]
+name = "balls"
+gravity = [0.0, 0.0, "= -g"]
+[simulation]
+step = 0.01
+end = 0.3
+[parameters]
+g = 9.81
+k = 6.0
+mass = 1.6
+tilt = 0.3
+[[body]]
+name = "upper"
+position = [0.3, 0.0, 0.0]
+mass = 0.8
+inertia = [0.02, 0.03, 0.015]
+[[body]]
+name = "lower"
+position = [0.8, 0.1, 0.0]
+mass = "= mass"
+inertia = [0.01, 0.03, 0.025]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "upper"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.1]
+rate = 2.0
+damper = { damping = 0.2 }
+[[joint]]
+name = "ball"
+type = "spherical"
+parent = "upper"
+child = "lower"
+position = [0.6, 0.0, 0.0]
+axis = [0.1, "= tilt", 1.0]
+[[spring]]
+name = "tie"
+from = "ground"
+to = "lower"
+point_from = [0.9, 0.4, 1.0]
+point_to = [0.2, 0.0, 0.1]
+stiffness = "= 4*k"
+natural_length = 0.5
+damping = 0.7
+[[control]]
+name = "drive"
+joint = "hinge"
+hold = 10
+"#;
+
+/// Rates and accelerations of the ball joint: type, of what, choices, numbers.
+pub(super) const TURNS: [(&str, &str, &str, &[&str]); 2] = [
+    ("joint_rate", "ball", "", &["x", "y", "z"]),
+    ("joint_acceleration", "ball", "", &["x", "y", "z"]),
+];
+
 /// Sensors of reactions and efforts of constraints: type, of what, choices, numbers.
 pub(super) const REACTIONS: [(&str, &str, &str, &[&str]); 8] = [
     ("reaction", "shoulder", "", &["fx", "fy", "mx"]),

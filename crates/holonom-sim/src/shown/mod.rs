@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `configuration` | positions, distances, joint coordinates, and their rates; angular velocities |
 //! | `orientation` | quaternions |
+//! | `ball` | rates and accelerations of ball joints |
 //! | `acting` | efforts of what acts along joints, between points and by laws; powers |
 //! | `forces` | reactions, tensions, efforts of constraints; accelerations |
 //! | `expressed` | expressions of these |
@@ -14,6 +15,7 @@
 //! [`NodeQuantity`], and a line of [`Shown::of`].
 
 mod acting;
+mod ball;
 pub(crate) mod configuration;
 pub(crate) mod counted;
 mod expressed;
@@ -59,6 +61,9 @@ impl Shown {
             return Ok(Self::Node(Box::new(own)));
         }
         if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
+            return Ok(Self::Node(own));
+        }
+        if let Some(own) = ball::of_sensor(model, system, key, of, tangents)? {
             return Ok(Self::Node(own));
         }
         if let Some(own) = forces::of_sensor(of_run, system, key, of, tangents)? {

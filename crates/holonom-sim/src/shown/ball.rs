@@ -1,0 +1,122 @@
+//! Rates and accelerations of ball joints.
+//!
+//! ```text
+//! y = B·Δω,   ẏ = Ḃ·Δω + B·Δω̇        B: an axis of the parent, Δω: how the child turns against it
+//! Δω = ω(q, v) of both,   Δω̇ = ω(q, a),   ω = ½ Σ d_I × v_I
+//! y_θ = B_θ·Δω                        where the axes change with a parameter
+//! ```
+
+use super::{no_derivative, number_of};
+use crate::design::ModelTangent;
+use crate::system::System;
+use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use nalgebra::Vector3;
+use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_core::Configuration;
+use vi_multibody::FrameId;
+use vi_multibody::form::Form;
+use vi_multibody::joint::Side;
+use vi_multibody::law::Input;
+use vi_rigid::directors::FRAME;
+
+/// `B·Δω` or its rate.
+struct Turn {
+    along: Form,                   // B
+    by: Vec<Form>,                 // B_θ, in the order of the parameters
+    spins: Vec<(f64, [Input; 3])>, // of the child, and of the parent with the sign −
+    accelerates: bool,
+}
+
+impl Turn {
+    fn spin(&self, at: Configuration<'_>, v: &[f64]) -> Vector3<f64> {
+        let own = |(sign, own): &(f64, [Input; 3])| {
+            *sign * Vector3::from_fn(|k, _| own[k].value(Node::moving(at, v)))
+        };
+        self.spins.iter().map(own).sum()
+    }
+
+    /// Adds the derivatives of `weights·Δω` by `q` and `v`.
+    fn add_spin(
+        &self,
+        (at, v): (Configuration<'_>, &[f64]),
+        weights: &Vector3<f64>,
+        [of_q, of_v]: [&mut [f64]; 2],
+    ) {
+        for (sign, own) in &self.spins {
+            for (own, weight) in own.iter().zip(weights) {
+                let out = Slopes { q: &mut *of_q, v: &mut *of_v, lambda: &mut [], a: &mut [] };
+                own.add_slopes(Node::moving(at, v), sign * weight, out);
+            }
+        }
+    }
+
+    /// The number with another `B`.
+    fn with(&self, along: &Form, Node { at, v, a, .. }: Node<'_>) -> f64 {
+        match self.accelerates {
+            false => along.at(at.q).dot(&self.spin(at, v)),
+            true => along.rate(v).dot(&self.spin(at, v)) + along.at(at.q).dot(&self.spin(at, a)),
+        }
+    }
+}
+
+impl NodeQuantity for Turn {
+    fn value(&self, node: Node<'_>) -> f64 {
+        self.with(&self.along, node)
+    }
+    fn add_slopes(&self, Node { at, v, a, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let along = scale * self.along.at(at.q);
+        if !self.accelerates {
+            self.along.add_transposed(&(scale * self.spin(at, v)), out.q);
+            return self.add_spin((at, v), &along, [out.q, out.v]);
+        }
+        self.along.add_transposed(&(scale * self.spin(at, v)), out.v);
+        self.along.add_transposed(&(scale * self.spin(at, a)), out.q);
+        self.add_spin((at, v), &(scale * self.along.rate(v)), [&mut *out.q, out.v]);
+        self.add_spin((at, a), &along, [out.q, out.a]);
+    }
+    fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
+        self.by.get(parameter).map_or(0.0, |along| self.with(along, node))
+    }
+    fn reads(&self) -> Reads {
+        Reads { forces: false, accelerations: self.accelerates }
+    }
+}
+
+/// What a sensor of such a joint shows; `None` of others.
+///
+/// # Errors
+/// [`ModelError`] of one that has no derivative.
+pub(super) fn of_sensor(
+    model: &Model,
+    system: &System,
+    key: &str,
+    (sensor, part): (&Sensor, Option<&str>),
+    tangents: &[ModelTangent],
+) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+    let accelerates = sensor.kind == SensorKind::JointAcceleration;
+    if !(accelerates || sensor.kind == SensorKind::JointRate) {
+        return Ok(None);
+    }
+    let Some(k) = model.joints.iter().position(|own| own.name == sensor.of) else {
+        return Ok(None);
+    };
+    let joint = &system.mechanism.description().joints[k];
+    let Some(first) = joint.kind.rotation_vector() else { return Ok(None) };
+    let freedom = number_of(model, key, (sensor, part))?;
+    let axis = freedom.checked_sub(first).ok_or_else(|| no_derivative(key, sensor))?;
+    let along = |own: &ModelTangent| {
+        let axes = own.numbers.joints.get(&k).map(|own| own.parent.axes).unwrap_or_default();
+        Side { axes, ..joint.parent }.axis(axis)
+    };
+    let spins =
+        [(1.0, &joint.child), (-1.0, &joint.parent)].into_iter().filter_map(|(sign, end)| {
+            let FrameId::Frame(frame) = end.frame else { return None };
+            Some((sign, [0, 1, 2].map(|axis| Input::Spin(FRAME * frame, axis))))
+        });
+    Ok(Some(Box::new(Turn {
+        along: joint.parent.axis(axis),
+        by: tangents.iter().map(along).collect(),
+        spins: spins.collect(),
+        accelerates,
+    })))
+}
