@@ -67,6 +67,30 @@ fn a_pendulum_swings_up_at_the_stored_cost() {
     );
 }
 
+/// A rod whose velocity does not fit its hinge: the program begins with the projected motion, as
+/// the run of the result does.
+#[test]
+fn a_projected_start_is_that_of_the_run() {
+    let velocity = "position = [0.0, 0.0, -0.5], velocity = [0.4, 0.1, 0.3]";
+    let text = PENDULUM.replace("position = [0.0, 0.0, -0.5]", velocity);
+    let text = text.replace("end = 2.0 }", "end = 2.0, project_start = true }");
+    let found_of = found;
+    let found = found_of(&text).unwrap();
+    let report = &found.report;
+    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    let replay = report.replay.as_ref().unwrap().deviation;
+    let [x, _, z] = [0, 1, 2].map(|i| run(&found)[i]);
+    // of the impulse [0.4, 0.1, 0.3] at the centre the hinge leaves a rate about its axis
+    let rate = -0.5 * 0.4 / (0.5 * 0.5 + 0.08354166666666665);
+    let stated = PENDULUM
+        .replace("axis = [0.0, 1.0, 0.0]", &format!("axis = [0.0, 1.0, 0.0], rate = {rate:?}"));
+    let wanted = found_of(&stated).unwrap().report.cost;
+    println!("cost {}, of the stated rate {wanted}, replay off by {replay:.1e}", report.cost);
+    assert!(replay < 1e-9 && x.abs() < 1e-8 && (z - 0.5).abs() < 1e-8, "{replay:e}, {x}, {z}");
+    assert!((report.cost - wanted).abs() < 1e-9 * wanted, "{} for {wanted}", report.cost);
+    assert!((report.cost - 4.434825997490211).abs() > 1e-2);
+}
+
 /// The motion of the case `oc01` by a torque on the body in the place of an effort of its joint:
 /// about the axis both do the same.
 #[test]
