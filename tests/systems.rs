@@ -117,6 +117,7 @@ mod model {
     mod relative_frames;
     mod sensed;
     mod shape_runs;
+    mod shipped_gradients;
     mod shipped_models;
     mod signal_states;
     mod signals;
