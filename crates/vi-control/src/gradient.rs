@@ -381,7 +381,10 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
         let keeps = keeps_momentum(run);
+        let (state, stages) = (run.state(), run.method().stages().map_or(1, Stages::count));
         self.tape.clear();
+        let sizes = [state.q.len(), stages, state.angles.len(), state.internal.len()];
+        self.tape.reserve(steps.len(), sizes);
         let Self { tape, nodes, found, first, costates, p, dq, begin, .. } = self;
         nodes.clear();
         begin.clone_from(dq);

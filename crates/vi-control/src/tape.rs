@@ -35,6 +35,12 @@ impl Tape {
         self.numbers.clear();
     }
 
+    /// Makes room for so many steps of one part each, as [`Tape::size`] has them.
+    pub(crate) fn reserve(&mut self, steps: usize, [n, stages, angles, internal]: [usize; 4]) {
+        self.steps.reserve(steps);
+        self.numbers.reserve(steps * ((2 + stages) * n + angles + internal) + n);
+    }
+
     /// Records a sub-step by its control points from a node with the momentum `p`.
     pub(crate) fn push(&mut self, step: usize, points: &[Interval], p: &[f64]) {
         let s = &points[points.len() - 1];
