@@ -162,8 +162,8 @@ fn beside_springs() {
     }
 }
 
-/// Numbers of nodes with their velocities as conditions and costs, beside efforts and a wrench:
-/// rates of points and joints and angular velocities, of trees, closed loops and free bodies, also
+/// Numbers of nodes with their velocities as conditions and costs, beside efforts and wrenches, one
+/// fixed in space and one in its body: rates of points and joints and angular velocities, of trees, closed loops and free bodies, also
 /// with a free time.
 #[test]
 fn of_numbers_with_velocities() {
@@ -177,13 +177,15 @@ fn of_numbers_with_velocities() {
             }
             problem.controls[0].hold = 2;
             let force = vector(0.7, -0.4, 1.1);
-            let load = Load::new(0, LoadKind::Dead, force, force, TimeHistory::default()).unwrap();
-            problem.controls.push(Control {
-                name: "thrust".to_owned(),
-                acts: Acts::Wrench(load.at(vector(0.2, -0.1, 0.3)).unwrap()),
-                bounds: [f64::NEG_INFINITY, f64::INFINITY],
-                hold: 1,
-            });
+            for (kind, torque) in [(LoadKind::Dead, force), (LoadKind::Follower, 0.0 * force)] {
+                let load = Load::new(0, kind, force, torque, TimeHistory::default()).unwrap();
+                problem.controls.push(Control {
+                    name: format!("{kind:?}"),
+                    acts: Acts::Wrench(load.at(vector(0.2, -0.1, 0.3)).unwrap()),
+                    bounds: [f64::NEG_INFINITY, f64::INFINITY],
+                    hold: 1,
+                });
+            }
             let joint = case.mechanism.description().joints.last().unwrap();
             let point = Form::point(0, &vector(0.3, 0.1, -0.2));
             let coordinate = JointCoordinate::principal(joint, 0).unwrap();
