@@ -163,8 +163,8 @@ fn beside_springs() {
 }
 
 /// Numbers of nodes with their velocities as conditions and costs, beside efforts and wrenches, one
-/// fixed in space and one in its body: rates of points and joints and angular velocities, of trees, closed loops and free bodies, also
-/// with a free time.
+/// fixed in space and one in its body: rates of points and joints and angular velocities, of trees,
+/// closed loops and free bodies, also with a free time.
 #[test]
 fn of_numbers_with_velocities() {
     let vector = nalgebra::Vector3::new;

@@ -114,8 +114,8 @@ impl Stand {
 
 impl LoopPointCostates {
     /// `None` where it does not apply: beside point masses, constraints on velocities, internal
-    /// variables, interpolated strains, many rows of loops or nearly redundant ones, many degrees
-    /// of freedom; of trees.
+    /// variables, interpolated strains, many rows of loops or nearly redundant ones, no degree of
+    /// freedom or many; of trees.
     pub(in crate::solver) fn new(
         mechanism: &Mechanism,
         system: &SeparableSystem,
@@ -130,7 +130,7 @@ impl LoopPointCostates {
             && !mechanism.has_velocity_constraints()
             && mechanism.nearly_redundant().is_none()
             && (1..=MOST_ROWS).contains(&rank)
-            && s * free <= MOST_UNKNOWNS
+            && (1..=MOST_UNKNOWNS).contains(&(s * free))
             && system.internal_variables() == 0
             && system.interpolation().is_none();
         let at = applies.then(|| Workspace::new(mechanism, system)).flatten()?;
