@@ -39,8 +39,8 @@ pub(super) const DENSE: usize = 300;
 const LEFT: f64 = 4e-10;
 /// What may be left to see where a step leads, likewise.
 const ROUGH: f64 = 1e-2;
-/// What they leave where an exact solution is near, likewise.
-const NEAR: f64 = 1e-11;
+/// A change of velocities with which an exact solution is near, likewise.
+const NEAR: f64 = 1e-6;
 /// `ρ` of the first proximal step, by how much it grows with solutions that obey the laws, and the
 /// largest one.
 const FIRST: f64 = 10.0;
@@ -275,8 +275,8 @@ impl ActiveRows {
         Ok(())
     }
 
-    /// Solves the laws: of few rows exactly; of more ones so from the last impulses, or by proximal
-    /// steps, and exactly from there where those leave little but more than rounding.
+    /// Solves the laws: of few rows exactly; of more ones so from the last impulses, first or where
+    /// proximal steps end near those, else by proximal steps.
     fn solve(&mut self, W: &mut Delassus, speeds: f64) -> Result<(), ConeFault> {
         let is_convex = !self.cones.iter().any(|cone| matches!(cone, Cone::Sliding { .. }));
         let are_many = self.errors.len() > FEW;
@@ -299,18 +299,32 @@ impl ActiveRows {
         W.factorize();
         self.state_factor(W);
         self.approach(speeds)?;
-        let left = self.proximal.left;
-        let is_near = left > norm_inf(&self.errors) && left <= NEAR * speeds;
-        if self.is_exact && is_near && tries && !self.roughly {
+        if tries && !self.roughly && self.change() <= NEAR * speeds {
+            let is_exact = self.is_exact;
             self.proximal.given.clone_from(&self.found);
             self.state();
-            self.found.clone_from(&self.proximal.given);
             if self.solve_exactly(true).is_err() {
                 self.found.clone_from(&self.proximal.given);
-                self.is_exact = true;
+                self.is_exact = is_exact;
             }
         }
         Ok(())
+    }
+
+    /// The largest change of a velocity by the impulses that were found by proximal steps.
+    fn change(&mut self) -> f64 {
+        let ProximalRows { L: (ends, places, values), u, .. } = &mut self.proximal;
+        let entries = |i: usize| {
+            let own = i.checked_sub(1).map_or(0, |i| ends[i])..ends[i];
+            places[own.clone()].iter().map(|place| *place as usize).zip(&values[own])
+        };
+        let known = self.active.iter().zip(&self.lambda).filter(|row| *row.0 != KNOWN);
+        u.fill(0.0);
+        for (i, (found, (_, lambda))) in self.found.iter().zip(known).enumerate() {
+            entries(i).for_each(|(place, value)| u[place] += value * (found - lambda));
+        }
+        let of = |i| entries(i).map(|(place, value)| value * u[place]).sum::<f64>().abs();
+        (0..ends.len()).map(of).fold(0.0, f64::max)
     }
 
     /// Solves the problem that is stated to rounding; from the impulses that were found where it
