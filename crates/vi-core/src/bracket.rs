@@ -10,20 +10,16 @@ pub struct Bracket {
     high: [f64; 2],
     last: i8, // which end the last trial became: −1, 1
     trials: u32,
-    halved: (f64, u32), // its length when it was last halved, and the trials until then
 }
 
 /// Trials after which the bracket is halved.
 const SECANTS: u32 = 30;
-/// Trials in a row after which it is halved once.
-const SLOW: u32 = 3;
 
 impl Bracket {
     /// Between two places with their values.
     #[must_use]
     pub fn new(low: [f64; 2], high: [f64; 2]) -> Self {
-        let halved = (high[0] - low[0], 0);
-        Self { low: [low[0], low[1].min(0.0)], high, last: 0, trials: 0, halved }
+        Self { low: [low[0], low[1].min(0.0)], high, last: 0, trials: 0 }
     }
 
     /// The end where the function is not positive.
@@ -44,13 +40,9 @@ impl Bracket {
         if b - a <= 2.0 * least {
             return None;
         }
-        if b - a <= 0.5 * self.halved.0 {
-            self.halved = (b - a, self.trials);
-        }
         self.trials += 1;
         let secant = b - fb * ((b - a) / (fb - fa));
-        let is_slow = self.trials > SECANTS || self.trials - self.halved.1 > SLOW;
-        let trial = match is_slow || !secant.is_finite() {
+        let trial = match self.trials > SECANTS || !secant.is_finite() {
             true => 0.5 * (a + b),
             false => secant.clamp(a + least, b - least),
         };
@@ -85,19 +77,18 @@ mod tests {
 
     #[test]
     fn roots_are_found_to_round_off_in_few_trials() {
-        let cases: [(&dyn Fn(f64) -> f64, f64); 6] = [
+        let cases: [(&dyn Fn(f64) -> f64, f64); 5] = [
             (&|x| x * x - 0.5, 0.5_f64.sqrt()),
             (&|x| libm::exp(20.0 * x) - 1e4, 1e4_f64.ln() / 20.0),
             (&|x| (x - 0.3).min(2.0 * x - 0.7), 0.35), // a kink
             (&|x| if x > 0.123 { 1.0 } else { -1.0 }, 0.123), // a jump
             (&|x| x, 0.0),
-            (&|x| (x - 0.6).max(1e-12 * (x - 0.6)), 0.6), // flat before it
         ];
         for (k, (f, root)) in cases.into_iter().enumerate() {
             let (at, trials) = found(f, 1.0);
             println!("case {k}: {at:.17} after {trials} trials, off by {:.1e}", at - root);
             assert!((at - root).abs() < 1e-13 && f(at) > 0.0, "{at} for {root}");
-            assert!(trials < if [3, 5].contains(&k) { 90 } else { SECANTS }, "{trials}");
+            assert!(trials < if k == 3 { 90 } else { SECANTS }, "{trials}");
         }
     }
 }

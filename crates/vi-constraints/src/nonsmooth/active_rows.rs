@@ -6,9 +6,10 @@
 //! Few rows are solved exactly; `W_s` is `W`, or where the iteration with that is slow the response
 //! of the step, of those rows that a step drives. More rows, and few ones for which no impulses are
 //! found, are solved by proximal steps with `W = L Lᵀ`, until what violates a law is less than what
-//! the node before leaves. After `LEADS` solutions of the step a compliance about the impulses of
-//! then ends the iteration: rows that contradict one another, as those of a face that turns in the
-//! step, would move impulses without end.
+//! the node before leaves. After `LEADS` solutions of the step, or where those stand still without
+//! obeying the laws, a compliance about the impulses of then ends the iteration: rows that
+//! contradict one another, as those of a face that turns in the step, would move impulses without
+//! end.
 
 use super::ContactFault;
 use super::delassus::Delassus;
