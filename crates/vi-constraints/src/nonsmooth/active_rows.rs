@@ -79,7 +79,7 @@ pub(super) struct ActiveRows {
     failures: usize,     // of exact solutions in this iteration
     failed_first: usize, // from the last impulses, for this node
     pub(super) by_proximal_steps: bool,
-    pub(super) roughly: bool, // to see where the step leads
+    roughly: bool, // to see where the step leads
     proximal: ProximalRows,
 }
 
@@ -130,9 +130,10 @@ impl ActiveRows {
         self.failed_first = 0;
     }
 
-    /// An iteration begins.
+    /// An iteration begins, or one that ends `roughly`.
     pub(super) fn begin(
         &mut self,
+        roughly: bool,
         contacts: &[Contact],
         W: &Delassus,
         islands: &Islands,
@@ -157,6 +158,7 @@ impl ActiveRows {
         }
         self.response.clear();
         (self.passes, self.failures, self.is_exact) = (0, 0, false);
+        self.roughly = roughly;
         let own = &mut self.proximal;
         (own.rho, own.left, own.is_compliant) = (FIRST, 0.0, false);
     }
@@ -315,17 +317,14 @@ impl ActiveRows {
     /// The largest change of a velocity by the impulses that were found by proximal steps.
     fn change(&mut self) -> f64 {
         let ProximalRows { L: (ends, places, values), u, .. } = &mut self.proximal;
-        let entries = |i: usize| {
-            let own = i.checked_sub(1).map_or(0, |i| ends[i])..ends[i];
-            places[own.clone()].iter().map(|place| *place as usize).zip(&values[own])
-        };
+        let L = SparseRows { ends, places, values };
         let known = self.active.iter().zip(&self.lambda).filter(|row| *row.0 != KNOWN);
         u.fill(0.0);
         for (i, (found, (_, lambda))) in self.found.iter().zip(known).enumerate() {
-            entries(i).for_each(|(place, value)| u[place] += value * (found - lambda));
+            L.row(i).for_each(|(place, value)| u[place] += value * (found - lambda));
         }
-        let of = |i| entries(i).map(|(place, value)| value * u[place]).sum::<f64>().abs();
-        (0..ends.len()).map(of).fold(0.0, f64::max)
+        let of = |i| L.row(i).map(|(place, value)| value * u[place]).sum::<f64>().abs();
+        (0..L.ends.len()).map(of).fold(0.0, f64::max)
     }
 
     /// Solves the problem that is stated to rounding; from the impulses that were found where it

@@ -16,6 +16,7 @@ use crate::constraints::Constraints;
 use crate::discretization::Discretization;
 use crate::scheme::StepError;
 use std::ops::Range;
+use vi_core::cone::SparseRows;
 use vi_core::state::State;
 
 /// A pivot that rounding leaves, in parts of the largest.
@@ -68,7 +69,7 @@ pub(super) struct Factor {
 impl Factor {
     /// The entries of a row, with their columns in ascending order.
     pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        row((&self.ends, &self.places, &self.values), i)
+        SparseRows { ends: &self.ends, places: &self.places, values: &self.values }.row(i)
     }
 }
 
@@ -281,7 +282,7 @@ impl Delassus {
 
     /// The entries of a row, with their columns in ascending order.
     pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
-        row((&self.ends, &self.places, &self.values), i)
+        SparseRows { ends: &self.ends, places: &self.places, values: &self.values }.row(i)
     }
 
     /// An entry.
@@ -304,16 +305,6 @@ fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &Part, b: &Part)
         own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
     };
     0.5 * (half(a, b) + half(b, a))
-}
-
-/// The entries of a sparse row: where rows end, columns, values.
-fn row<'a>(
-    (ends, places, values): (&[usize], &'a [u32], &'a [f64]),
-    i: usize,
-) -> impl Iterator<Item = (usize, f64)> + use<'a> {
-    let own = range(ends, i);
-    let places = places[own.clone()].iter().map(|place| *place as usize);
-    places.zip(values[own].iter().copied())
 }
 
 fn range(ends: &[usize], i: usize) -> Range<usize> {

@@ -216,11 +216,8 @@ impl NodeImpulses {
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
         self.begin();
-        self.begin_laws();
-        self.problems.iter_mut().for_each(|problem| problem.roughly = true);
-        let found = self.next_impulses(elements, run, (step, state), 0);
-        self.problems.iter_mut().for_each(|problem| problem.roughly = false);
-        found?;
+        self.begin_laws(true);
+        self.next_impulses(elements, run, (step, state), 0)?;
         std::mem::swap(&mut self.lambda, &mut self.next);
         self.try_step_near(run, (step, state))
     }
@@ -431,7 +428,7 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
-        self.begin_laws();
+        self.begin_laws(false);
         let (mut last, mut responds) = (f64::INFINITY, false);
         let (mut passes, mut stands, mut settled) = (0, false, false);
         for pass in 0..ITERATIONS {
@@ -479,11 +476,11 @@ impl NodeImpulses {
         Err(fault.into())
     }
 
-    /// An iteration begins.
-    fn begin_laws(&mut self) {
+    /// An iteration begins, or one that ends `roughly`.
+    fn begin_laws(&mut self, roughly: bool) {
         let Self { problems, contacts, W, islands, lambda, solved_with, .. } = self;
         for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
-            problem.begin(contacts, W, islands, k);
+            problem.begin(roughly, contacts, W, islands, k);
         }
         for contact in contacts {
             (contact.changes, contact.slip_speed) = (0, SlipSpeed::Own);

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)] // L
 
 use crate::block_lu::{BlockLu, SIZE};
-use crate::linear::{Singular, SparseLu};
+use crate::linear::{Singular, SparseLu, dot};
 use crate::sparse::{Entries, SparseMatrix};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -27,7 +27,8 @@ pub(super) struct BlockMatrix {
     product: Vec<[f64; 3]>,     // scratch: rows of Lᵀ B
     lu: Option<BlockLu>,
     is_eliminated: bool,
-    general: Option<(SparseMatrix, Option<SparseLu>)>,
+    whole: Option<SparseMatrix>, // r × r, where it is not eliminated by blocks
+    general: Option<SparseLu>,
 }
 
 impl BlockMatrix {
@@ -82,7 +83,7 @@ impl BlockMatrix {
             self.diagonals.extend((0..*size).map(|i| start + i * (size + 1)));
         }
         self.lu = BlockLu::with_fill(&sizes, &self.places, UPDATES);
-        self.general = None;
+        (self.whole, self.general) = (None, None);
     }
 
     /// Factorizes the matrix with the columns and blocks `B` of the laws.
@@ -127,7 +128,7 @@ impl BlockMatrix {
 
     /// Factorizes with pivots among all rows.
     fn factorize_all(&mut self) -> Result<(), Singular> {
-        let Self { columns, places, values, starts, general, group, .. } = self;
+        let Self { columns, places, values, starts, whole, general, group, .. } = self;
         let emit = |out: &mut dyn Entries| {
             for ([a, b], start) in places.iter().zip(&*starts) {
                 let [a, b] = [a, b].map(|own| columns[*own].clone());
@@ -138,19 +139,11 @@ impl BlockMatrix {
             }
         };
         let r = group.len();
-        let (matrix, lu) = match general {
-            Some((matrix, lu)) => {
-                matrix.refill(emit);
-                (matrix, lu)
-            }
-            None => {
-                let matrix = SparseMatrix::assemble(r, r, emit);
-                let lu = SparseLu::new(&matrix).ok();
-                let (matrix, lu) = general.insert((matrix, lu));
-                (matrix, lu)
-            }
-        };
-        lu.as_mut().map_or(Err(Singular), |lu| lu.factorize(matrix))
+        let matrix = SparseMatrix::update(whole, (r, r), emit);
+        if general.is_none() {
+            *general = SparseLu::new(matrix).ok();
+        }
+        general.as_mut().map_or(Err(Singular), |lu| lu.factorize(matrix))
     }
 
     /// Solves with the last factorization; `u` is overwritten by the solution.
@@ -160,7 +153,7 @@ impl BlockMatrix {
     pub(super) fn solve(&mut self, u: &mut [f64]) -> Result<(), Singular> {
         match (&mut self.lu, &mut self.general) {
             (Some(lu), _) if self.is_eliminated => lu.solve(u),
-            (_, Some((_, Some(lu)))) => lu.solve_factorized(u),
+            (_, Some(lu)) => lu.solve_factorized(u),
             _ => Err(Singular),
         }
     }
@@ -180,8 +173,4 @@ fn runs<'a>(group: &'a [usize], own: &'a [Column]) -> impl Iterator<Item = Range
 /// `aᵀ B`.
 fn row(a: &[f64; 3], B: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|j| (0..3).map(|i| a[i] * B[i][j]).sum())
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

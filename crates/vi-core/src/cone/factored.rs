@@ -39,15 +39,13 @@ impl Factored {
         for &cone in cones {
             let row = self.units.len();
             for l in 0..cone.rows() {
-                let own = L.range(row + l);
-                for (place, value) in L.places[own.clone()].iter().zip(&L.values[own]) {
-                    let place = *place as usize;
+                for (place, value) in L.row(row + l) {
                     let known =
                         columns[first..].iter_mut().find(|own: &&mut Column| own.0 == place);
                     if let Some((_, entries)) = known {
-                        entries[l] = *value;
+                        entries[l] = value;
                     } else {
-                        let entries = std::array::from_fn(|i| if i == l { *value } else { 0.0 });
+                        let entries = std::array::from_fn(|i| if i == l { value } else { 0.0 });
                         columns.push((place, entries));
                     }
                 }

@@ -11,9 +11,11 @@ pub struct SparseRows<'a> {
     pub values: &'a [f64],
 }
 
-impl SparseRows<'_> {
-    /// Where the entries of a row stand.
-    pub(super) fn range(&self, i: usize) -> std::ops::Range<usize> {
-        i.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[i]
+impl<'a> SparseRows<'a> {
+    /// The entries of a row with their columns, in the order of these.
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + use<'a> {
+        let own = i.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[i];
+        let places = self.places[own.clone()].iter().map(|place| *place as usize);
+        places.zip(self.values[own].iter().copied())
     }
 }
