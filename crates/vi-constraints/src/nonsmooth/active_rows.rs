@@ -298,11 +298,12 @@ impl ActiveRows {
             }
             self.failed_first += 1;
         }
+        let is_vain = begins && self.response.is_empty(); // to try the same again
         self.response.clear(); // it has no factor
         W.factorize();
         self.state_factor(W);
         self.approach(speeds)?;
-        if tries && !self.roughly && self.change() <= NEAR * speeds {
+        if tries && !is_vain && !self.roughly && self.change() <= NEAR * speeds {
             let is_exact = self.is_exact;
             self.proximal.given.clone_from(&self.found);
             self.state();
