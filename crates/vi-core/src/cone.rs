@@ -34,12 +34,14 @@
 mod block_matrix;
 mod conjugate;
 mod convex;
+mod disc;
 mod factored;
 mod factors;
 mod interior;
 mod least_norm;
 mod local;
 mod operator;
+mod primal_dual;
 mod problem;
 mod residual;
 mod sparse_rows;

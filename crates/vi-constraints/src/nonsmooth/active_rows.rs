@@ -6,10 +6,10 @@
 //! Few rows are solved exactly; `W_s` is `W`, or where the iteration with that is slow the response
 //! of the step, of those rows that a step drives. More rows, and few ones for which no impulses are
 //! found, are solved by proximal steps with `W = L Lᵀ`, until what violates a law is less than what
-//! the node before leaves. After `LEADS` solutions of the step, or where those stand still without
-//! obeying the laws, a compliance about the impulses of then ends the iteration: rows that
-//! contradict one another, as those of a face that turns in the step, would move impulses without
-//! end.
+//! the node before leaves. After `LEADS` solutions of the step, or `VAIN` ones in a row that do not
+//! obey the laws, or where they stand still, a compliance about the impulses of then ends the
+//! iteration: rows that contradict one another, as those of a face that turns in the step, would
+//! move impulses without end.
 
 use super::ContactFault;
 use super::delassus::Delassus;
@@ -42,14 +42,18 @@ const LEFT: f64 = 4e-10;
 const ROUGH: f64 = 1e-2;
 /// A change of velocities with which an exact solution is near, likewise.
 const NEAR: f64 = 1e-6;
-/// `ρ` of the first proximal step, by how much it grows with solutions that obey the laws, and the
-/// largest one.
+/// `ρ` of the first proximal step, and of that of more rows than a dense matrix has; by how much it
+/// grows with solutions that obey the laws, and the largest one.
 const FIRST: f64 = 10.0;
-const NEARER: f64 = 100.0;
+const FIRST_OF_MANY: f64 = 1e3;
+const NEARER: f64 = 10.0;
 const LAST: f64 = 1e5;
+/// In so many solutions of a step impulses are looked for from nowhere.
+const AFRESH: usize = 2;
 /// Solutions of a step before there is a compliance, and before the least slip counts with it.
 const LEADS: usize = 12;
-pub(super) const FROZEN: usize = 24;
+const VAIN: usize = 4; // those in a row that do not obey the laws
+pub(super) const FROZEN: usize = 16;
 /// What laws with a compliance may leave, relative to velocities.
 const WIDE: f64 = 1e-2;
 /// A change of velocities that the iteration ends with, relative to velocities: of many rows and
@@ -76,6 +80,7 @@ pub(super) struct ActiveRows {
     lambda: Vec<f64>,   // m  Λ of the last step
     is_exact: bool,
     passes: usize,
+    in_vain: usize,      // in a row that proximal steps violate the laws
     failures: usize,     // of exact solutions in this iteration
     failed_first: usize, // from the last impulses, for this node
     pub(super) by_proximal_steps: bool,
@@ -158,9 +163,11 @@ impl ActiveRows {
         }
         self.response.clear();
         (self.passes, self.failures, self.is_exact) = (0, 0, false);
+        self.in_vain = 0;
         self.roughly = roughly;
         let own = &mut self.proximal;
-        (own.rho, own.left, own.is_compliant) = (FIRST, 0.0, false);
+        let first = if m > DENSE { FIRST_OF_MANY } else { FIRST };
+        (own.rho, own.left, own.is_compliant) = (first, 0.0, false);
     }
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
@@ -369,7 +376,10 @@ impl ActiveRows {
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            let repeated = Repeated { first: own.rho, within: rounding.max(least) };
+            let afresh = w.len() > MANY && self.passes <= AFRESH;
+            let within = rounding.max(least);
+            let enough = own.within.max(least);
+            let repeated = Repeated { first: own.rho, within, enough, afresh };
             own.solver.follow(cones, L, (w, repeated), found)
         };
         own.left = match solved {
@@ -378,7 +388,9 @@ impl ActiveRows {
             Err(fault) => return Err(fault),
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
-        if self.passes >= LEADS && !own.is_compliant {
+        self.in_vain = if self.is_exact { 0 } else { self.in_vain + 1 };
+        let leads = self.passes < LEADS && self.in_vain < VAIN;
+        if !leads && !own.is_compliant {
             own.comply(lambda, speeds);
         } else if self.is_exact {
             own.rho = (own.rho * NEARER).min(LAST);

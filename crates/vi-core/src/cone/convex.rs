@@ -10,18 +10,22 @@
 //! The laws hold for `y + (Λ − Λ_0)/ρ`, in units in which the largest diagonal of a contact is one.
 //! With `s` given, `φ` is convex and has a derivative: steps to its least value along `δΛ` lead to
 //! the solution from everywhere. That always exists, and is unique. From there Newton's method with
-//! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`. The
-//! matrix of a step is as sparse as the contacts between bodies. Sources: R. T. Rockafellar,
+//! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`. Where
+//! the impulses that are given do not lead on, the interior point method for Coulomb's law finds
+//! ones near it from nowhere, and proximal steps go on from there. The matrix of a step is as sparse
+//! as the contacts between bodies. Sources: R. T. Rockafellar,
 //! SIAM J. Control Optim. 14 (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans.
 //! Robot. 39 (2023) 1301–1320; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011)
 //! 155–175.
 #![allow(non_snake_case)] // W, L, F, B
 
-use super::factored::Factored;
+use super::factored::{Factored, Scaled};
+use super::primal_dual::PrimalDual;
 use super::problem::Cone;
 use super::{ConeFault, SparseRows};
 use crate::bracket::Bracket;
 use crate::linear::{dot, norm_inf};
+use nalgebra::Matrix3;
 
 /// `F` relative to the largest impulse to end with, and what is accepted.
 const TARGET: f64 = 1e-13;
@@ -35,6 +39,16 @@ const HALVINGS: usize = 6;
 /// and among the unknowns.
 const STALLED: usize = 3;
 const COUPLED_STALLED: usize = 4;
+const FIRST_STALLED: usize = 2; // where repeated steps begin
+/// Complementarity and residual to which the interior point method goes on, and what is accepted:
+/// laws that contradict one another leave more. `ρ` from there.
+const NEARLY: f64 = 1e-7;
+const NEAR: f64 = 1e-5;
+const PATIENCE: usize = 16; // steps in a row that lead no nearer
+const CENTRED: f64 = 1e4;
+/// `ρ` from the impulses that are given where neither Newton's method nor the interior point
+/// method leads on.
+const CAREFUL: f64 = 10.0;
 /// To which the least value along a step is known.
 const ALONG: f64 = 1e-3;
 /// Bounds of `ρ` of repeated steps. It grows by `FAST` after a step of Coulomb's law that leads on
@@ -59,6 +73,10 @@ pub struct Repeated {
     pub first: f64,
     /// What velocities may violate the laws by.
     pub within: f64,
+    /// The same where the steps lead no further.
+    pub enough: f64,
+    /// Whether they begin from nowhere where the impulses that are given do not lead on.
+    pub afresh: bool,
 }
 
 /// What a proximal step, or several ones, left.
@@ -89,8 +107,12 @@ pub struct ConvexSolver {
     moved: Vec<f64>,            // k  y along it
     from: Vec<f64>,             // k
     start: Vec<f64>,            // k  of a round
+    kept: Vec<f64>,             // k  that violate the laws least
     u: Vec<f64>,                // r
     blocks: Vec<[[f64; 3]; 3]>, // cones  B
+    method: PrimalDual,
+    T: Vec<f64>,                 // k
+    inverses: Vec<Matrix3<f64>>, // cones
 }
 
 impl ConvexSolver {
@@ -132,30 +154,52 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, Repeated { first, within }): (&[f64], Repeated),
+        (w, Repeated { first, within, enough, afresh }): (&[f64], Repeated),
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, first + within), lambda, lambda)?;
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0 };
         let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
-        let mut residual;
+        let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
+        if afresh && self.couple((rho, FIRST_STALLED), &mut report).is_some() {
+            self.impulse.copy_from_slice(&self.best); // a step leads on at once
+        } else if afresh {
+            may_centre = false;
+            rho = if self.centre(&mut report) { rho.max(CENTRED) } else { CAREFUL };
+        }
         loop {
-            let (last, steps) = (report.left, report.steps);
+            let last = report.left;
+            let residual;
             (residual, is_coupled) = self.round((rho, is_coupled), &mut report);
             report.rounds += 1;
+            if report.left < least {
+                least = report.left;
+                self.kept.copy_from_slice(&self.best);
+            }
             let leads = report.left <= BARELY * last;
             idle = if leads { 0 } else { idle + 1 };
-            let ends = report.left <= within || idle == IDLE || report.rounds == ROUNDS;
-            if ends || residual.is_nan() || residual > ACCEPTED {
+            if residual.is_nan() || residual > ACCEPTED {
+                return self.hand_over(residual, lambda, report);
+            }
+            let ends = report.left <= within || !leads && least <= enough;
+            if ends || idle == IDLE || report.rounds == ROUNDS {
+                if !ends && may_centre && self.centre(&mut report) {
+                    (rho, idle, may_centre, is_coupled) = (CENTRED, 0, false, true);
+                    (report.left, report.rounds) = (f64::INFINITY, 0);
+                    continue;
+                }
+                self.best.copy_from_slice(&self.kept);
+                report.left = least;
                 return self.hand_over(residual, lambda, report);
             }
             let growth = match is_coupled {
-                true if leads && report.steps - steps <= FEW_STEPS => FAST,
+                true if leads && report.steps - begun <= FEW_STEPS => FAST,
                 true if leads => STEADY,
                 true => IDLY,
                 false => BACK,
             };
             rho = (rho * growth).clamp(LEAST, LAST);
+            begun = report.steps;
             self.given.copy_from_slice(&self.best);
             self.impulse.copy_from_slice(&self.best);
         }
@@ -177,8 +221,8 @@ impl ConvexSolver {
             return Err(ConeFault::NotFinite);
         }
         self.laws.load(cones, L, w);
-        let Self { best, y, nearest, F, step, y_step, moved, from, start, .. } = self;
-        for vector in [best, y, nearest, F, step, y_step, moved, from, start] {
+        let Self { best, y, nearest, F, step, y_step, moved, from, start, kept, .. } = self;
+        for vector in [best, y, nearest, F, step, y_step, moved, from, start, kept] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -195,7 +239,7 @@ impl ConvexSolver {
     /// method with those begins at once where it `leads`, else at the solution of convex laws.
     fn round(&mut self, (rho, leads): (f64, bool), report: &mut ConvexReport) -> (f64, bool) {
         self.start.copy_from_slice(&self.impulse);
-        if leads && let Some(residual) = self.couple(rho, report) {
+        if leads && let Some(residual) = self.couple((rho, COUPLED_STALLED), report) {
             self.measure(rho, report);
             return (residual, true);
         }
@@ -206,13 +250,29 @@ impl ConvexSolver {
         report.steps += steps;
         self.measure(rho, report);
         self.impulse.copy_from_slice(&self.best);
-        match self.couple(rho, report) {
+        match self.couple((rho, COUPLED_STALLED), report) {
             None => (residual, false),
             Some(residual) => {
                 self.measure(rho, report);
                 (residual, true)
             }
         }
+    }
+
+    /// Begins at impulses that obey the laws nearly, where the interior point method finds some,
+    /// else at those that are given; whether it does.
+    fn centre(&mut self, report: &mut ConvexReport) -> bool {
+        let Self { laws, method, T, inverses, blocks, F, u, impulse, given, .. } = self;
+        laws.scale(method, T);
+        let (steps, left) =
+            method.solve(&mut Scaled { laws, T, inverses, blocks, F, u }, (NEARLY, PATIENCE));
+        report.steps += steps;
+        if left <= NEAR {
+            let of = method.x.iter().zip(&*T);
+            given.iter_mut().zip(of).for_each(|(own, (x, t))| *own = t * x * method.size);
+        }
+        impulse.copy_from_slice(given);
+        left <= NEAR
     }
 
     /// What the best impulses leave.
@@ -276,7 +336,7 @@ impl ConvexSolver {
 
     /// Newton's method with the speeds of slip among the unknowns, from the present impulses:
     /// the residual where it leads to a solution, which is `best` then.
-    fn couple(&mut self, rho: f64, report: &mut ConvexReport) -> Option<f64> {
+    fn couple(&mut self, (rho, most): (f64, usize), report: &mut ConvexReport) -> Option<f64> {
         let mut now = self.evaluate(rho, true);
         let (mut least, mut stalled, mut steps) = (f64::INFINITY, 0, 0);
         loop {
@@ -285,7 +345,7 @@ impl ConvexSolver {
                 least = now;
                 self.moved.copy_from_slice(&self.impulse);
             }
-            let ends = least <= TARGET || stalled == COUPLED_STALLED || steps == COUPLED_STEPS;
+            let ends = least <= TARGET || stalled == most || steps == COUPLED_STEPS;
             if ends || now.is_nan() || !self.find_step(rho, true) {
                 break;
             }
@@ -316,9 +376,10 @@ impl ConvexSolver {
         let Self { laws, given, y, u, F, step, blocks, .. } = self;
         laws.slopes(given, (y, rho, coupled), blocks);
         laws.gather(F, u);
-        let solved = laws.solve(blocks, u).is_ok();
+        laws.factorize(blocks);
+        laws.solve(u);
         laws.step(F, blocks, u, step);
-        solved
+        step.iter().all(|own| own.is_finite())
     }
 
     /// The part of a step after which `φ` is least, at most all of it.

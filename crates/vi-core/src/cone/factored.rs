@@ -1,12 +1,13 @@
 //! The laws of contacts with `W = L Lᵀ`, in units in which the largest diagonal of a contact is
-//! one.
-#![allow(non_snake_case)] // L
+//! one, and as laws of the interior point method.
+#![allow(non_snake_case)] // L, T, F
 
 use super::block_matrix::{BlockMatrix, Column};
+use super::primal_dual::{Barrier, Coupling, Own, Part, PrimalDual};
 use super::problem::{Cone, Placed};
 use super::residual::{LawSlope, violation};
 use super::sparse_rows::SparseRows;
-use crate::linear::Singular;
+use nalgebra::{Matrix3, Vector3};
 
 /// The laws, `L` and `w`.
 #[derive(Debug, Default)]
@@ -21,6 +22,7 @@ pub(super) struct Factored {
     pub w: Vec<f64>,     // k
     pub r: usize,        // columns of L
     matrix: BlockMatrix, // I + Lᵀ B L
+    is_regular: bool,
 }
 
 impl Factored {
@@ -172,16 +174,45 @@ impl Factored {
         }
     }
 
-    /// Solves `(I + Lᵀ B L) u' = u` with the blocks `B` of the cones; `u` is overwritten.
-    pub(super) fn solve(
-        &mut self,
-        blocks: &[[[f64; 3]; 3]],
-        u: &mut [f64],
-    ) -> Result<(), Singular> {
-        let Self { matrix, columns, column_ends, .. } = self;
+    /// The factors of `I + Lᵀ B L` with the blocks `B` of the cones, where it is not singular.
+    pub(super) fn factorize(&mut self, blocks: &[[[f64; 3]; 3]]) {
+        let Self { matrix, columns, column_ends, is_regular, .. } = self;
         let laws = blocks.iter().enumerate();
-        matrix.factorize(laws.map(|(k, own)| (of_cone(columns, column_ends, k), own)))?;
-        matrix.solve(u)
+        let laws = laws.map(|(k, own)| (of_cone(columns, column_ends, k), own));
+        *is_regular = matrix.factorize(laws).is_ok();
+    }
+
+    /// `u ← (I + Lᵀ B L)⁻¹ u`, not finite of a singular matrix.
+    pub(super) fn solve(&mut self, u: &mut [f64]) {
+        if !(self.is_regular && self.matrix.solve(u).is_ok()) {
+            u.fill(f64::NAN);
+        }
+    }
+
+    /// The laws as parts of the interior point method, with `T` and `c = Tᵀw`.
+    pub(super) fn scale(&self, method: &mut PrimalDual, T: &mut Vec<f64>) {
+        method.parts.clear();
+        T.clear();
+        T.resize(self.w.len(), 0.0);
+        for (&Placed { cone, row }, &follows) in self.cones.iter().zip(&self.follows) {
+            T[row] = 1.0;
+            let (own, s) = match cone {
+                Cone::Convex { coefficient, speed } if coefficient > 0.0 => {
+                    T[row + 1..row + 3].fill(coefficient);
+                    (Own::Disc, if follows { 0.0 } else { speed })
+                }
+                Cone::Bounded { bound } if bound > 0.0 => (Own::Interval(bound), 0.0),
+                Cone::Bounded { .. } => {
+                    T[row] = 0.0;
+                    (Own::Ray, 0.0)
+                }
+                _ => (Own::Ray, 0.0),
+            };
+            method.parts.push(Part { own, place: row, follows: follows && own == Own::Disc, s });
+        }
+        method.begin(self.w.len());
+        let of = self.w.iter().zip(&*T);
+        method.c.iter_mut().zip(of).for_each(|(c, (w, t))| *c = t * w);
     }
 
     /// `step ← F − B L u`.
@@ -209,6 +240,55 @@ impl Factored {
             most = most.max(left / self.units[row]);
         }
         most
+    }
+}
+
+/// `A = T W T` of the interior point method: `Λ = T x` row by row.
+pub(super) struct Scaled<'a> {
+    pub laws: &'a mut Factored,
+    pub T: &'a [f64],                        // k  zero in rows that no law takes
+    pub inverses: &'a mut Vec<Matrix3<f64>>, // cones  V² M⁻¹
+    pub blocks: &'a mut Vec<[[f64; 3]; 3]>,  // cones  T V² M⁻¹ T
+    pub F: &'a mut [f64],                    // k
+    pub u: &'a mut [f64],                    // r
+}
+
+impl Coupling for Scaled<'_> {
+    fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+        let Self { laws, T, F, u, .. } = self;
+        F.iter_mut().zip(x).zip(*T).for_each(|((own, x), t)| *own = t * x);
+        laws.apply(F, u, out);
+        out.iter_mut().zip(*T).for_each(|(out, t)| *out *= t);
+    }
+
+    fn factorize(&mut self, _: &[Part], barriers: &[Barrier]) {
+        let Self { laws, T, inverses, blocks, .. } = self;
+        inverses.clear();
+        inverses.extend(barriers.iter().map(Barrier::inverse));
+        blocks.clear();
+        for (inverse, own) in inverses.iter().zip(&laws.cones) {
+            let t: [f64; 3] =
+                std::array::from_fn(|i| if i < own.cone.rows() { T[own.row + i] } else { 0.0 });
+            blocks.push(std::array::from_fn(|i| {
+                std::array::from_fn(|j| t[i] * inverse[(i, j)] * t[j])
+            }));
+        }
+        laws.factorize(blocks);
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        // (I + Lᵀ B L) u = Lᵀ F,   T δx = F − B L u,   F = T V² M⁻¹ b
+        let Self { laws, T, inverses, blocks, F, u } = self;
+        for (inverse, own) in inverses.iter().zip(&laws.cones) {
+            let rows = own.row..own.row + own.cone.rows();
+            let own = Vector3::from_fn(|i, _| if i < rows.len() { b[rows.start + i] } else { 0.0 });
+            let moved = inverse * own;
+            rows.zip(&moved).for_each(|(i, moved)| F[i] = T[i] * moved);
+        }
+        laws.gather(F, u);
+        laws.solve(u);
+        laws.step(F, blocks, u, b);
+        b.iter_mut().zip(*T).for_each(|(b, t)| *b = if *t > 0.0 { *b / t } else { 0.0 });
     }
 }
 

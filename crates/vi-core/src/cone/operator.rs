@@ -1,13 +1,14 @@
-//! `A` of a convex program, and the factors of `A + V⁻²`.
+//! `A` of a convex program as a full matrix.
 #![allow(non_snake_case)] // A
 
 use super::factors::Factors;
+use super::primal_dual::{Barrier, Coupling, Part};
 use crate::linear::dot;
 
 /// Writes entries by a sink.
 type Emit<'a> = &'a mut dyn FnMut(&mut dyn FnMut(usize, usize, f64));
 
-/// A symmetric matrix, to which blocks on the diagonal are added before it is factorized.
+/// A matrix, to which blocks on the diagonal are added before it is factorized.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Operator {
     A: Vec<f64>, // m × m
@@ -25,28 +26,44 @@ impl Operator {
         emit(&mut |i, j, value| A[i * m + j] += value);
     }
 
-    /// `out ← A x`.
-    pub(super) fn multiply(&self, x: &[f64], out: &mut [f64]) {
-        let rows = self.A.chunks_exact(self.m.max(1));
-        out.iter_mut().zip(rows).for_each(|(out, row)| *out = dot(row, x));
-    }
-
     /// The matrix of the factors is `A` again.
-    pub(super) fn begin(&mut self) {
+    fn begin(&mut self) {
         self.factors.matrix_mut(self.m).as_mut_slice().copy_from_slice(&self.A);
     }
 
     /// Adds to it.
-    pub(super) fn add(&mut self, i: usize, j: usize, value: f64) {
+    fn add(&mut self, i: usize, j: usize, value: f64) {
         self.factors.matrix_mut(self.m)[(i, j)] += value;
     }
 
-    pub(super) fn factorize(&mut self) {
+    /// `b ← (A + εI)⁻¹ b`.
+    pub(super) fn resolve(&mut self, shift: f64, b: &mut [f64]) {
+        self.begin();
+        (0..self.m).for_each(|i| self.add(i, i, shift));
+        self.factors.factorize();
+        self.factors.solve(b);
+    }
+}
+
+impl Coupling for Operator {
+    fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
+        let rows = self.A.chunks_exact(self.m.max(1));
+        out.iter_mut().zip(rows).for_each(|(out, row)| *out = dot(row, x));
+    }
+
+    fn factorize(&mut self, parts: &[Part], barriers: &[Barrier]) {
+        self.begin();
+        for (part, barrier) in parts.iter().zip(barriers) {
+            let own = barrier.matrix();
+            for i in 0..part.size() {
+                (0..part.size())
+                    .for_each(|j| self.add(part.place + i, part.place + j, own[(i, j)]));
+            }
+        }
         self.factors.factorize();
     }
 
-    /// `b ← x`, not finite of a singular matrix.
-    pub(super) fn solve(&mut self, b: &mut [f64]) {
+    fn solve(&mut self, b: &mut [f64]) {
         self.factors.solve(b);
     }
 }
