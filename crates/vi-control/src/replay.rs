@@ -79,6 +79,14 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     norm_inf(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
+/// The last sub-step of a step of a motion that starts at a time (s).
+fn last_sub_step(t: f64, motion: &Motion, n: usize) -> Interval {
+    let gammas = motion.method.composition().gammas();
+    let h = motion.step * gammas[gammas.len() - 1];
+    let from = motion.within[n].last().unwrap_or(&motion.nodes[n]);
+    Interval::between(t + motion.step - h, h, from, &motion.nodes[n + 1])
+}
+
 /// Largest deviation of steps from the nodes of the optimum, each with its momentum.
 fn by_steps<S, C>(
     run: &mut Integrator<S, C>,
@@ -101,7 +109,7 @@ where
         if deviation > worst || deviation.is_nan() {
             worst = deviation;
         }
-        let s = Interval::between(at.t, motion.step, &motion.nodes[n], &motion.nodes[n + 1]);
+        let s = last_sub_step(at.t, motion, n);
         at = run.state().clone();
         at.q.copy_from_slice(&motion.nodes[n + 1]);
         run.system().forced_d2(&s, &mut at.p); // p̄ of the optimum

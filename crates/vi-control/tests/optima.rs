@@ -5,7 +5,7 @@ use crate::control_case::{Case, list, number, numbers, with_springs};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
-use vi_constraints::SchemeKind;
+use vi_constraints::{Method, Options, SchemeKind};
 use vi_control::kkt::{Kkt, Tolerances};
 use vi_control::optimum::{Progress, Setting, Verdict, optimize};
 use vi_control::program::{Iterate, NlpSolver, SharedProgram};
@@ -13,6 +13,7 @@ use vi_control::replay::Replay;
 use vi_control::transcription::problem::{Cost, CostKind, FinalTime, ProblemError};
 use vi_control::transcription::{Guess, Motion};
 use vi_control::{Pounce, Transcription};
+use vi_core::Composition;
 use vi_core::linear::norm_inf;
 
 type Shared = Rc<RefCell<Transcription>>;
@@ -22,14 +23,28 @@ fn solve(case: &Case, steps: usize) -> (Motion, usize, Kkt) {
     (motion, iterations, kkt)
 }
 
+struct Solved {
+    motion: Motion,
+    iterations: usize,
+    kkt: Kkt,
+    costates: Vec<Vec<f64>>,
+}
+
 fn solved(transcription: Transcription) -> (Shared, Motion, usize, Kkt) {
+    let (program, Solved { motion, iterations, kkt, .. }) = solved_at(transcription);
+    (program, motion, iterations, kkt)
+}
+
+fn solved_at(transcription: Transcription) -> (Shared, Solved) {
     let transcription = Rc::new(RefCell::new(transcription));
     let program: SharedProgram = transcription.clone();
     let start = transcription.borrow().start();
     let solved = Pounce::default().solve(&program, &start, Box::new(|_| true)).unwrap();
     let kkt = Kkt::judge(&mut *program.borrow_mut(), &solved.x, &solved.multipliers).unwrap();
     let motion = transcription.borrow().motion(&solved.x).unwrap();
-    (transcription, motion, solved.iterates.len() - 1, kkt)
+    let costates = transcription.borrow().costates(&solved.multipliers);
+    let iterations = solved.iterates.len() - 1;
+    (transcription, Solved { motion, iterations, kkt, costates })
 }
 
 fn case(name: &str) {
@@ -191,6 +206,94 @@ fn a_free_final_time_is_of_order_2() {
     assert!(a > 0.6 && a < 3.9, "no bound of the time is active: {a}");
 }
 
+/// The optimum of `values` values of each control, each over `hold` steps by a method, from a
+/// motion nearby.
+fn held(
+    case: &Case,
+    [values, hold]: [usize; 2],
+    method: Method,
+    (near, free): (Option<&Motion>, bool),
+) -> (Motion, Vec<Vec<f64>>) {
+    let (mut problem, mut guess) = case.problem(values * hold);
+    problem.method = method;
+    problem.controls.iter_mut().for_each(|control| control.hold = hold);
+    if free {
+        problem.time = FinalTime::Free { min: 0.5, max: 4.0, guess: 2.0 };
+        problem.costs.push(Cost { weight: 4.0, kind: CostKind::Time });
+    }
+    if let Some(Motion { nodes, controls, .. }) = near {
+        guess = Guess::of_run(&case.mechanism, nodes, controls, values * hold);
+    }
+    let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+    let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+    let (_, solved) = solved_at(program);
+    let (motion, kkt) = (solved.motion, solved.kkt);
+    assert!(kkt.is_met(&Tolerances::default()), "{method:?}: {kkt:?}");
+    let mut run = case.run_by(Options { method, ..Options::new(SchemeKind::Nodal, motion.step) });
+    let replay = Replay::of(&mut run, &case.efforts, &motion);
+    println!("  {method:?}, {hold}: {} iterations, {:.1e}", solved.iterations, replay.deviation);
+    assert!(replay.is_same(), "{method:?}: {replay:?}");
+    (motion, solved.costates)
+}
+
+/// How far two motions with as many values of controls are from one another: cost, states and
+/// costates where the values change, the values.
+fn from_another([a, b]: [&(Motion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4] {
+    let cost = |motion: &Motion| motion.costs.iter().sum::<f64>();
+    let at = |(motion, costates): &(Motion, Vec<Vec<f64>>), n: usize| {
+        let hold = motion.controls.len() / values;
+        let of = |rows: &[Vec<f64>]| rows.get(n * hold).cloned().unwrap_or_default();
+        [of(&motion.nodes), of(&motion.controls), of(costates)]
+    };
+    let far = |x: &[f64], y: &[f64]| {
+        x.iter().zip(y).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()))
+    };
+    let mut found = [(cost(&a.0) - cost(&b.0)).abs(), 0.0, 0.0, 0.0];
+    for n in 0..=values {
+        for (k, (own, other)) in at(a, n).iter().zip(&at(b, n)).enumerate() {
+            found[k + 1] = found[k + 1].max(far(own, other));
+        }
+    }
+    found
+}
+
+/// Controls of as many values as ever, motions in finer and finer steps: cost, states, costates
+/// and controls of the optimum go to those of the exact motion with such controls by the order of the method;
+/// each is replayed by its own method.
+#[test]
+fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
+    let methods = [
+        (Method::default(), 2, [2, 4, 8]),
+        (Method::Composition(Composition::Suzuki5), 4, [1, 2, 4]),
+        (Method::Composition(Composition::SofroniouSpaletta13), 6, [1, 2, 4]),
+    ];
+    for (name, values, free) in [
+        ("oc01_pendulum_swing_up", 10, false),
+        ("oc01_pendulum_swing_up", 10, true),
+        ("oc03_two_link_effort", 20, false),
+        ("oc07_four_bar_to_rest", 10, false),
+    ] {
+        let case = Case::read(name);
+        let finest = Method::Composition(Composition::SofroniouSpaletta21);
+        let near = held(&case, [values, 1], methods[1].0, (None, free));
+        let exact = held(&case, [values, 4], finest, (Some(&near.0), free));
+        for (method, order, holds) in methods {
+            let near = (Some(&near.0), free);
+            let motions = holds.map(|hold| held(&case, [values, hold], method, near));
+            let errors = motions.map(|motion| from_another([&motion, &exact], values));
+            let orders = [0, 1]
+                .map(|k| [0, 1, 2, 3].map(|what| (errors[k][what] / errors[k + 1][what]).log2()));
+            let of = |what: usize| errors.map(|error| format!("{:.1e}", error[what])).join(", ");
+            let [cost, states, own, costates] = [0, 1, 2, 3].map(of);
+            println!(
+                "{name}, free time {free}, order {order}: errors of costs {cost}, states {states}, controls {own}, costates {costates}; orders {orders:.2?}"
+            );
+            let least = orders[1].iter().fold(f64::INFINITY, |least, own| least.min(*own));
+            assert!(least > f64::from(order) - 0.25, "{name}, order {order}: {least}");
+        }
+    }
+}
+
 /// Wheels turn a satellite: the replay keeps the linear and the angular momentum of all, zero.
 #[test]
 fn efforts_between_bodies_leave_momentum_maps_exact() {
@@ -239,6 +342,26 @@ fn a_replay_sees_other_controls() {
     let replay = Replay::of(&mut case.run(SchemeKind::Nodal, motion.step), &case.efforts, &motion);
     assert!(!replay.is_same(), "{replay:?}");
     assert!(replay.by_steps.unwrap() > 1e-8);
+}
+
+/// A pendulum that has four times as long to swing up, and stands for most of it: rounding drives
+/// its run away, and each of its steps is that of the optimum.
+#[test]
+fn an_unstable_motion_is_followed_step_by_step() {
+    for method in [Method::default(), Method::Composition(Composition::Suzuki5)] {
+        let case = Case::read("oc01_pendulum_swing_up");
+        let (mut problem, guess) = case.problem(160);
+        (problem.method, problem.time) = (method, FinalTime::Fixed(8.0));
+        let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+        let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+        let (_, motion, iterations, kkt) = solved(program);
+        assert!(kkt.is_met(&Tolerances::default()), "{kkt:?}");
+        let options = Options { method, ..Options::new(SchemeKind::Nodal, motion.step) };
+        let replay = Replay::of(&mut case.run_by(options), &case.efforts, &motion);
+        let by_steps = replay.by_steps.unwrap();
+        println!("{method:?}: {iterations} iterations, {:.1e}, {by_steps:.1e}", replay.deviation);
+        assert!(replay.is_same(), "{replay:?}");
+    }
 }
 
 /// A case as a setting of the driver.

@@ -2,6 +2,7 @@
 
 use crate::control_case::{Case, with_springs};
 use nalgebra::DMatrix;
+use vi_constraints::Method;
 use vi_control::Transcription;
 use vi_control::node::RateOf;
 use vi_control::objective::PointComponent;
@@ -10,12 +11,16 @@ use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
 };
+use vi_core::Composition;
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::law::Input;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
+
+/// Five sub-steps in each step, the third one backward.
+const SUZUKI: Method = Method::Composition(Composition::Suzuki5);
 
 fn jacobian(program: &Transcription) -> DMatrix<f64> {
     let mut entries = vec![0.0; program.jacobian_places().len()];
@@ -113,13 +118,21 @@ fn of_the_reference_problems() {
     }
 }
 
-/// Free time beside closed loops and dampers, all kinds of costs, values that last several steps.
+/// Free time beside closed loops and dampers, all kinds of costs, values that last several steps,
+/// by steps and by sub-steps.
 #[test]
 fn of_every_term() {
-    for name in ["oc07_four_bar_to_rest", "oc09_arm6_effort", "oc06_satellite_three_wheels"] {
+    for (name, method) in [
+        ("oc07_four_bar_to_rest", Method::default()),
+        ("oc09_arm6_effort", Method::default()),
+        ("oc06_satellite_three_wheels", Method::default()),
+        ("oc07_four_bar_to_rest", SUZUKI),
+        ("oc06_satellite_three_wheels", SUZUKI),
+    ] {
         for rest in [Rest::All, Rest::Free] {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             problem.rest = rest;
             problem.controls[0].hold = 3;
@@ -159,6 +172,12 @@ fn beside_springs() {
     for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
         check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
         check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
+        let case = with_springs("oc07_four_bar_to_rest", length);
+        let (mut problem, guess) = case.problem(2);
+        problem.method = SUZUKI;
+        let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+        let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+        check("springs by sub-steps", program, tolerance);
     }
 }
 
@@ -169,9 +188,12 @@ fn beside_springs() {
 fn of_numbers_with_velocities() {
     let vector = nalgebra::Vector3::new;
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        for free in [false, true] {
+        for (free, method) in
+            [(false, Method::default()), (true, Method::default()), (true, SUZUKI)]
+        {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             if free {
                 problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             }
@@ -233,11 +255,13 @@ fn beside_wrenches() {
     let turning = control("turning", wrench(LoadKind::Follower, none, torque));
     let cases = [(vec![dead, thrust], 1e-5), (vec![turning], f64::INFINITY)];
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        for ((wrenches, tolerance), free) in
-            cases.iter().flat_map(|own| [false, true].map(|free| (own, free)))
+        let methods = [(false, Method::default()), (true, Method::default()), (true, SUZUKI)];
+        for ((wrenches, tolerance), (free, method)) in
+            cases.iter().flat_map(|own| methods.map(|method| (own, method)))
         {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             if free {
                 problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             }

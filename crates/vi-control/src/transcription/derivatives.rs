@@ -54,7 +54,7 @@ impl Parts {
         }
     }
 
-    /// The derivative by `h`: inertia goes with `1/h`, the rest with `h`.
+    /// The derivative by `h`, that of a whole step: inertia goes with `1/h`, the rest with `h`.
     fn by_step(self, h: f64) -> DMatrix<f64> {
         let inertial = self.inertial * (-1.0 / h);
         match self.other {
@@ -132,7 +132,7 @@ impl Transcription {
 
     /// The rows of the balance at a node: row of the program, unknown.
     pub(super) fn balances_at(&self, n: usize) -> Vec<(usize, usize)> {
-        if n < self.problem.steps {
+        if n < self.parts.count() {
             return (0..self.chart.dof()).map(|j| (self.layout.balance(n) + j, j)).collect();
         }
         self.layout.rest.clone().zip(self.resting.iter().copied()).collect()
@@ -150,7 +150,7 @@ impl Transcription {
 
     /// Emits `J`.
     pub(super) fn emit_jacobian(&self, point: &Point, out: &mut Sink<'_>) {
-        for n in 0..=self.problem.steps {
+        for n in 0..=self.parts.count() {
             let rows = self.balances_at(n);
             self.emit_balance(point, n, &rows, out);
             if n > 0 {
@@ -163,7 +163,7 @@ impl Transcription {
                 }
             }
         }
-        for n in 0..self.problem.steps {
+        for n in 0..self.parts.count() {
             for (k, &j) in self.turning.iter().enumerate() {
                 for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
                     if let Some(at) = self.layout.coordinate(node) {
@@ -181,7 +181,7 @@ impl Transcription {
     }
 
     fn emit_balance(&self, point: &Point, n: usize, rows: &[(usize, usize)], out: &mut Sink<'_>) {
-        let (node, h, d) = (&point.nodes[n], point.h, self.chart.dof());
+        let (node, d) = (&point.nodes[n], self.chart.dof());
         let K = &node.columns;
         let mut block = |at: Option<usize>, matrix: &dyn Fn() -> DMatrix<f64>| {
             let Some(at) = at else { return };
@@ -197,7 +197,7 @@ impl Transcription {
             }
             K.tr_mul(&W) + self.chart.curvature(&node.placed, &node.balance)
         });
-        if n < self.problem.steps {
+        if n < self.parts.count() {
             block(self.layout.coordinate(n + 1), &|| {
                 let next = &point.nodes[n + 1].columns;
                 let A = self.slopes(point, n).times(Slot::First, Slot::Second, next, false);
@@ -217,16 +217,17 @@ impl Transcription {
         }
         let row_of = |j: usize| rows.iter().find(|(_, own)| *own == j).map(|(row, _)| *row);
         for step in self.steps_at(n) {
+            let h = point.intervals[step].h;
             for (k, along) in self.efforts() {
                 if let Some(row) = row_of(along.index) {
-                    out(row, self.layout.control(k, step), 0.5 * h * along.sign);
+                    out(row, self.acting(k, step), 0.5 * h * along.sign);
                 }
             }
             for (k, load) in self.wrenches() {
                 let impulse = load.half_impulse(&point.intervals[step], &node.placed.q);
                 for &(row, j) in rows {
                     let value = dot(&impulse, load.of_frame(K.column(j).as_slice()));
-                    out(row, self.layout.control(k, step), value);
+                    out(row, self.acting(k, step), value);
                 }
             }
             for own in &point.along[step] {
@@ -245,7 +246,7 @@ impl Transcription {
         }
     }
 
-    /// `∂w/∂h` at a node.
+    /// `∂w/∂h` at a node, `h` that of a whole step.
     fn balance_by_step(point: &Point, n: usize) -> Vec<f64> {
         let node = &point.nodes[n];
         node.inertial.iter().zip(&node.other).map(|(i, o)| (o - i) / point.h).collect()
@@ -257,12 +258,13 @@ impl Transcription {
         let mut slope: Vec<f64> =
             K.column_iter().map(|k| k.iter().zip(&w_h).map(|(k, w)| k * w).sum()).collect();
         for step in self.steps_at(n) {
+            let (gamma, h) = (self.parts.gamma(step), point.intervals[step].h);
             for (k, along) in self.efforts() {
-                let value = point.x[self.layout.control(k, step)];
-                slope[along.index] += 0.5 * along.sign * value;
+                let value = point.x[self.acting(k, step)];
+                slope[along.index] += 0.5 * gamma * along.sign * value;
             }
             for own in &point.along[step] {
-                slope[own.index] += own.sign * own.by_step(point.h);
+                slope[own.index] += gamma * own.sign * own.by_step(h);
             }
         }
         slope
@@ -286,9 +288,10 @@ impl Transcription {
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
                         let along = self.unknown(k);
-                        let at = |n: usize| self.traveled(&point.x, n, along.index);
-                        out[self.layout.control(k, n)] += weight * along.sign * (at(n + 1) - at(n));
-                        for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
+                        let ends = [n, n + 1].map(|n| self.parts.node(n));
+                        let [from, to] = ends.map(|n| self.traveled(&point.x, n, along.index));
+                        out[self.layout.control(k, n)] += weight * along.sign * (to - from);
+                        for (node, sign) in ends.into_iter().zip([-1.0, 1.0]) {
                             if let Some(at) = self.layout.coordinate(node) {
                                 out[at + along.index] += weight * sign * along.sign * value(k, n);
                             }
@@ -331,7 +334,7 @@ impl Transcription {
         let mut lower = |a: usize, b: usize, value: f64| {
             if a >= b { out(a, b, value) } else { out(b, a, value) }
         };
-        let multipliers: Vec<Vec<f64>> = (0..=self.problem.steps)
+        let multipliers: Vec<Vec<f64>> = (0..=self.parts.count())
             .map(|n| {
                 let mut y = vec![0.0; self.chart.dof()];
                 self.balances_at(n).iter().for_each(|&(row, j)| y[j] = lambda[row]);
@@ -345,10 +348,10 @@ impl Transcription {
                 [Y, self.chart.bent_columns(&node.placed, y)]
             })
             .collect();
-        for n in 1..=self.problem.steps {
+        for n in 1..=self.parts.count() {
             self.emit_node_hessian(point, n, (factor, lambda), &multipliers[n], &bent, &mut lower);
         }
-        for n in 0..self.problem.steps {
+        for n in 0..self.parts.count() {
             self.emit_step_hessian(point, n, &multipliers, &bent, &mut lower);
         }
         self.emit_cost_hessian(point, factor, &mut lower);
@@ -364,7 +367,7 @@ impl Transcription {
         bent: &[[DMatrix<f64>; 2]],
         out: &mut Sink<'_>,
     ) {
-        let (node, d, steps) = (&point.nodes[n], self.chart.dof(), self.problem.steps);
+        let (node, d, last_node) = (&point.nodes[n], self.chart.dof(), self.parts.count());
         let (K, [Y, Y_k]) = (&node.columns, &bent[n]);
         let closing = self.closing(point, n);
         // W_nᵀ Y and W_n K
@@ -377,7 +380,7 @@ impl Transcription {
         }
         let last = self.slopes(point, n - 1);
         v += last.times(Slot::First, Slot::Second, &bent[n - 1][0], true).sum();
-        if n < steps {
+        if n < last_node {
             let next = self.slopes(point, n);
             v += next.times(Slot::Second, Slot::First, &bent[n + 1][0], true).sum();
         }
@@ -449,7 +452,7 @@ impl Transcription {
             let w_h = Self::balance_by_step(point, n);
             let mut v_h = self.own_slope(point, n, Y, true).by_step(point.h);
             v_h += last.times(Slot::First, Slot::Second, &bent[n - 1][0], true).by_step(point.h);
-            if n < steps {
+            if n < last_node {
                 let next = self.slopes(point, n);
                 let part = next.times(Slot::Second, Slot::First, &bent[n + 1][0], true);
                 v_h += part.by_step(point.h);
@@ -457,12 +460,12 @@ impl Transcription {
             for j in 0..d {
                 let bent: f64 = Y_k.column(j).iter().zip(&w_h).map(|(y, w)| y * w).sum();
                 let value = bent + K.column(j).dot(&v_h.column(0));
-                out(time, at + j, value / steps as f64);
+                out(time, at + j, value / self.problem.steps as f64);
             }
         }
     }
 
-    /// What couples both nodes of a step, and its efforts.
+    /// What couples both nodes of a sub-step, and its efforts.
     fn emit_step_hessian(
         &self,
         point: &Point,
@@ -486,27 +489,28 @@ impl Transcription {
             self.emit_wrench_hessian(point, n, (k, load), bent, out);
         }
         let Some(time) = self.layout.time else { return };
+        let gamma = self.parts.gamma(n);
         let y_sum = |j: usize| multipliers[n][j] + multipliers[n + 1][j];
-        // of inertia: w_hh = ±2 M Δq/h³
-        let mut change = vec![0.0; self.n];
-        self.system.inertia().mul_add(2.0 / (h * h * h), &point.intervals[n].dq, &mut change);
+        // of inertia: w_hh = ±2 M Δq/(γ h³)
+        let (mut change, s) = (vec![0.0; self.n], &point.intervals[n]);
+        self.system.inertia().mul_add(2.0 / (s.h * h * h), &s.dq, &mut change);
         let along = |Y: &DMatrix<f64>| -> f64 { Y.iter().zip(&change).map(|(y, c)| y * c).sum() };
         out(time, time, (along(&bent[n + 1][0]) - along(&bent[n][0])) / (steps * steps));
         for (k, along) in self.efforts() {
-            let value = 0.5 * along.sign * y_sum(along.index);
-            out(time, self.layout.control(k, n), value / steps);
+            let value = 0.5 * gamma * along.sign * y_sum(along.index);
+            out(time, self.acting(k, n), value / steps);
         }
         for own in &point.along[n] {
             for node in [n, n + 1] {
                 if let Some(at) = self.layout.coordinate(node) {
-                    let value = 0.25 * own.slopes.by_coordinate * y_sum(own.index);
+                    let value = 0.25 * gamma * own.slopes.by_coordinate * y_sum(own.index);
                     out(time, at + own.index, value / steps);
                 }
             }
         }
     }
 
-    /// What couples the value of a wrench in a step with both nodes and with the time:
+    /// What couples the value of a wrench in a sub-step with both nodes and with the time:
     /// `∂_ξ Σ Y·f^±` and `∂_h` of it.
     fn emit_wrench_hessian(
         &self,
@@ -516,7 +520,7 @@ impl Transcription {
         bent: &[[DMatrix<f64>; 2]],
         out: &mut Sink<'_>,
     ) {
-        let (s, control) = (&point.intervals[n], self.layout.control(k, n));
+        let (s, control) = (&point.intervals[n], self.acting(k, n));
         let impulses = Slot::BOTH.map(|of| load.half_impulse(s, s.node(of)));
         for (by, node) in Slot::BOTH.into_iter().zip([n, n + 1]) {
             let Some(at) = self.layout.coordinate(node) else { continue };
@@ -560,8 +564,8 @@ impl Transcription {
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
                         let along = self.unknown(k);
-                        for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
-                            if let Some(at) = self.layout.coordinate(node) {
+                        for (n_end, sign) in [(n, -1.0), (n + 1, 1.0)] {
+                            if let Some(at) = self.layout.coordinate(self.parts.node(n_end)) {
                                 let value = weight * sign * along.sign;
                                 out(self.layout.control(k, n), at + along.index, value);
                             }

@@ -105,7 +105,7 @@ impl Transcription {
     /// Takes note of the nodes, where numbers are continued along the motion.
     pub(super) fn follow(&self, point: &Point) {
         for (_, quantity) in self.problem.numbers() {
-            for n in 0..=self.problem.steps {
+            for n in 0..=self.parts.count() {
                 let seen = if n == 0 { Seen::First } else { Seen::Next };
                 let at = point.configuration(n);
                 match quantity {
@@ -181,7 +181,7 @@ impl Transcription {
         let all = self.velocities.iter().flat_map(|own| &own.coordinates);
         self.efforts().filter_map(move |(k, along)| {
             let own = all.clone().nth(k)?.as_ref()?;
-            Some((along.sign * point.x[self.layout.control(k, step)], own))
+            Some((along.sign * point.x[self.acting(k, step)], own))
         })
     }
 
@@ -244,15 +244,15 @@ impl Transcription {
         let mut by_step = self.momentum_by_step(point, step, &of_p);
         for ((k, along), (value, own)) in self.efforts().zip(self.efforts_of(point, step)) {
             let rate = 0.5 * own.rate(&state.q, &of_p);
-            slopes.push((self.layout.control(k, step), along.sign * s.h * rate));
-            by_step += value * rate;
+            slopes.push((self.acting(k, step), along.sign * s.h * rate));
+            by_step += self.parts.gamma(step) * value * rate;
         }
         for (k, load) in self.wrenches() {
             let impulse = dot(&load.half_impulse(s, &state.q), load.of_frame(&of_p));
-            slopes.push((self.layout.control(k, step), impulse));
+            slopes.push((self.acting(k, step), impulse));
         }
         for load in wrenches {
-            by_step += dot(&load.half_impulse(s, &state.q), load.of_frame(&of_p)) / s.h;
+            by_step += dot(&load.half_impulse(s, &state.q), load.of_frame(&of_p)) / point.h;
         }
         slopes.extend(self.layout.time.map(|time| (time, by_step / self.problem.steps as f64)));
         slopes
@@ -285,7 +285,7 @@ impl Transcription {
     fn apart(&self, x: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let change = |at: usize| (at, CHANGE * (1.0 + x[at].abs()));
         let coordinates = |first: usize, j: usize| {
-            let nodes = (first..=self.problem.steps).step_by(2);
+            let nodes = (first..=self.parts.count()).step_by(2);
             nodes.filter_map(|n| Some(change(self.layout.coordinate(n)? + j))).collect()
         };
         let d = self.chart.dof();
@@ -331,7 +331,8 @@ impl Transcription {
             return 0.0;
         }
         let (s, mut change) = (&point.intervals[step], vec![0.0; self.n]);
-        let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
+        // nothing depends on the time itself
+        let by = StepChange { length: self.parts.gamma(step), middle: 0.0 };
         match self.system.add_step_slope(s, Slot::Second, by, &mut change) {
             Ok(()) => dot(&change, of_p),
             Err(_) => f64::NAN,

@@ -52,23 +52,24 @@ pub(super) struct Along {
 #[derive(Debug)]
 pub(super) struct Point {
     pub(super) x: Vec<f64>,
+    /// That of a whole step.
     pub(super) h: f64,
     pub(super) nodes: Vec<Node>,
+    /// Of each sub-step.
     pub(super) intervals: Vec<Interval>,
-    /// Of each step.
     pub(super) along: Vec<Vec<Along>>,
-    /// The wrenches of controls in each step, with their values.
+    /// The wrenches of controls in each sub-step, with their values.
     pub(super) wrenches: Vec<Vec<Load>>,
     /// Unwrapped angles of joints at each node, rad.
     angles: Vec<Vec<f64>>,
-    /// `t` at the start, s.
-    start_time: f64,
+    /// Of each node, s.
+    times: Vec<f64>,
 }
 
 impl Point {
     /// Node `n`.
     pub(super) fn configuration(&self, n: usize) -> Configuration<'_> {
-        let t = self.start_time + n as f64 * self.h;
+        let t = self.times[n];
         Configuration { t, q: &self.nodes[n].placed.q, angles: &self.angles[n], internal: &[] }
     }
 
@@ -99,21 +100,21 @@ impl Transcription {
 
     /// The motion at `x`.
     pub(super) fn point_at(&self, x: &[f64]) -> Result<Point, Undefined> {
-        let (steps, h) = (self.problem.steps, self.step_of(x));
+        let (count, h) = (self.parts.count(), self.step_of(x));
         if x.iter().any(|x| !x.is_finite()) || h <= 0.0 {
             return Err(Undefined);
         }
-        let mut nodes: Vec<Node> = Vec::with_capacity(steps + 1);
-        for n in 0..=steps {
+        let mut nodes: Vec<Node> = Vec::with_capacity(count + 1);
+        for n in 0..=count {
             let placed = self.chart.place(&self.references[n], &self.chart_coordinates(x, n));
             let columns = self.chart.columns(&placed);
             let zero = || vec![0.0; self.n];
             nodes.push(Node { placed, columns, inertial: zero(), other: zero(), balance: zero() });
         }
-        let (mut intervals, mut along) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
-        let mut wrenches = Vec::with_capacity(steps);
+        let (mut intervals, mut along) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        let mut wrenches = Vec::with_capacity(count);
         let mut scratch = vec![0.0; self.n];
-        let mut angles: Vec<Vec<f64>> = Vec::with_capacity(steps + 1);
+        let mut angles: Vec<Vec<f64>> = Vec::with_capacity(count + 1);
         for node in &nodes {
             // the turns of a step are bounded: those next to the node before
             let last = angles.last().map_or(&self.start_angles, |last| last);
@@ -121,12 +122,14 @@ impl Transcription {
             self.mechanism.unwrap_angles(&node.placed.q, &mut own);
             angles.push(own);
         }
-        for n in 0..steps {
-            let t = self.start_time + n as f64 * h;
-            let mut s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
+        let time = |n: usize| self.start_time + self.parts.time(n) * h;
+        let times: Vec<f64> = (0..=count).map(time).collect();
+        for n in 0..count {
+            let [from, to] = [n, n + 1].map(|n| &nodes[n].placed.q);
+            let mut s = Interval::between(times[n], self.parts.gamma(n) * h, from, to);
             s.angles.clone_from(&angles[n]);
             self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
-            let value = |k: usize| x[self.layout.control(k, n)];
+            let value = |k: usize| x[self.acting(k, n)];
             let acting = self.wrenches().map(|(k, load)| load.scaled(value(k)));
             let acting: Vec<Load> = acting.collect();
             for load in &acting {
@@ -150,13 +153,13 @@ impl Transcription {
                 row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
-        let (x, start_time) = (x.to_vec(), self.start_time);
-        Ok(Point { x, h, nodes, intervals, along, wrenches, angles, start_time })
+        let x = x.to_vec();
+        Ok(Point { x, h, nodes, intervals, along, wrenches, angles, times })
     }
 
     /// The closures whose impulses act at node `n`.
     pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Row> {
-        let acts = n < self.problem.steps || self.acts_at_end();
+        let acts = n < self.parts.count() || self.acts_at_end();
         self.closures.iter().filter(move |_| acts)
     }
 
@@ -199,6 +202,11 @@ impl Transcription {
         })
     }
 
+    /// The variable of a control in a sub-step.
+    pub(super) fn acting(&self, control: usize, sub_step: usize) -> usize {
+        self.layout.control(control, self.parts.step(sub_step))
+    }
+
     /// The unknown along which a control acts whose work counts.
     pub(super) fn unknown(&self, control: usize) -> SignedUnknown {
         match self.problem.controls[control].acts {
@@ -227,13 +235,13 @@ impl Transcription {
     /// The nodes at which a deviation counts, with its factor there and the derivative of this by
     /// `h`.
     pub(super) fn counted(&self, when: When, h: f64) -> Vec<(usize, f64, f64)> {
-        let steps = self.problem.steps;
+        let (steps, node) = (self.problem.steps, |n: usize| self.parts.node(n));
         match when {
-            When::End => vec![(steps, 1.0, 0.0)],
-            When::Node(n) => vec![(n, 1.0, 0.0)],
+            When::End => vec![(node(steps), 1.0, 0.0)],
+            When::Node(n) => vec![(node(n), 1.0, 0.0)],
             When::Path => {
                 let part = |n: usize| if n == 0 || n == steps { 0.5 } else { 1.0 };
-                (0..=steps).map(|n| (n, h * part(n), part(n))).collect()
+                (0..=steps).map(|n| (node(n), h * part(n), part(n))).collect()
             }
         }
     }
@@ -245,20 +253,21 @@ impl Transcription {
             *o = column.iter().zip(&node.balance).map(|(k, w)| k * w).sum();
         }
         for step in self.steps_at(n) {
+            let h = point.intervals[step].h;
             for own in &point.along[step] {
-                out[own.index] += 0.5 * point.h * own.sign * own.effort;
+                out[own.index] += 0.5 * h * own.sign * own.effort;
             }
             for (k, along) in self.efforts() {
-                let value = point.x[self.layout.control(k, step)];
-                out[along.index] += 0.5 * point.h * along.sign * value;
+                let value = point.x[self.acting(k, step)];
+                out[along.index] += 0.5 * h * along.sign * value;
             }
         }
     }
 
-    /// The steps that end or begin at a node.
+    /// The sub-steps that end or begin at a node.
     pub(super) fn steps_at(&self, n: usize) -> impl Iterator<Item = usize> {
         let before = n.checked_sub(1);
-        before.into_iter().chain((n < self.problem.steps).then_some(n))
+        before.into_iter().chain((n < self.parts.count()).then_some(n))
     }
 
     /// The value of each term of the cost.
@@ -272,7 +281,8 @@ impl Transcription {
             CostKind::Effort(of) => 0.5 * h * of_steps(of, &|k, n| value(k, n) * value(k, n)),
             CostKind::Work(of) => of_steps(of, &|k, n| {
                 let along = self.unknown(k);
-                let [from, to] = [n, n + 1].map(|n| self.traveled(x, n, along.index));
+                let at = |n: usize| self.traveled(x, self.parts.node(n), along.index);
+                let [from, to] = [n, n + 1].map(at);
                 value(k, n) * along.sign * (to - from)
             }),
             CostKind::Rate(of) => {

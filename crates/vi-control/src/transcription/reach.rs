@@ -99,7 +99,7 @@ impl Transcription {
             };
             ends.rows.push(placed.row);
             ends.bounds.push(own.bounds);
-            ends.sizes.push((0..=self.problem.steps).map(slope).fold(0.0, f64::max));
+            ends.sizes.push((0..=self.parts.count()).map(slope).fold(0.0, f64::max));
         }
         for row in self.layout.rest.clone() {
             ends.rows.push(row);
@@ -109,9 +109,9 @@ impl Transcription {
         ends
     }
 
-    /// The step and the place in it of each variable and each row of the steps.
+    /// The sub-step and the place in it of each variable and each row of them.
     fn stages(&self) -> [Vec<Option<(usize, usize)>>; 2] {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, steps) = (self.chart.dof() + self.closures.len(), self.parts.count());
         let mut places = [vec![None; self.layout.variables], vec![None; self.layout.rows]];
         for k in 0..steps {
             for i in 0..size {
@@ -123,7 +123,7 @@ impl Transcription {
     }
 
     fn blocks(&self, point: &Point, ends: &[usize]) -> Blocks {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, steps) = (self.chart.dof() + self.closures.len(), self.parts.count());
         let [variables, rows] = self.stages();
         let mut free = vec![None; variables.len()];
         let mut count = 0;
@@ -162,7 +162,7 @@ impl Transcription {
         ends: &Ends,
         values: &[f64],
     ) -> Option<(DMatrix<f64>, Vec<f64>, Vec<f64>)> {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, steps) = (self.chart.dof() + self.closures.len(), self.parts.count());
         let mut Y = DMatrix::<f64>::zeros(ends.rows.len(), steps * size);
         for k in (0..steps).rev() {
             let mut own = blocks.ends[k].clone();
