@@ -205,6 +205,10 @@ pub trait Quantity: Send + Sync {
     }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+    /// Whether it is continued: it has a value at the nodes of whole steps alone.
+    fn is_continued(&self) -> bool {
+        false
+    }
 }
 
 impl Quantity for JointCoordinate {

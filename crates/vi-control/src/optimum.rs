@@ -51,7 +51,8 @@ pub enum Verdict {
     NotOptimal,
     /// A run of its controls is another motion.
     OtherMotion,
-    /// A body turns by more than 1 rad in a sub-step: two turns have one momentum. More steps.
+    /// A body turns by more than 1 rad from a node to the next: two turns have one momentum. More
+    /// steps.
     TurnsTooFar {
         /// The step that it is of.
         step: usize,
@@ -263,11 +264,11 @@ fn judged(
     }
 }
 
-/// The largest turn of a body in a sub-step, rad, and the step.
+/// The largest turn of a body from a node to the next, rad, and the step.
 fn largest_turn(motion: &Motion) -> Option<(usize, f64)> {
     let nodes: Vec<&[f64]> = motion.all_nodes().collect();
     let each = motion.within.first().map_or(1, |own| own.len() + 1);
-    let of_sub_step = |(k, pair): (usize, &[&[f64]])| {
+    let of_pair = |(k, pair): (usize, &[&[f64]])| {
         let triads = |q: &[f64]| -> Vec<_> { q.chunks_exact(12).map(directors::triad).collect() };
         let turns = triads(pair[0]).into_iter().zip(triads(pair[1]));
         let turn = |(from, to): (nalgebra::Matrix3<f64>, nalgebra::Matrix3<f64>)| {
@@ -275,5 +276,5 @@ fn largest_turn(motion: &Motion) -> Option<(usize, f64)> {
         };
         (k / each, turns.map(turn).fold(0.0, f64::max))
     };
-    nodes.windows(2).enumerate().map(of_sub_step).max_by(|a, b| a.1.total_cmp(&b.1))
+    nodes.windows(2).enumerate().map(of_pair).max_by(|a, b| a.1.total_cmp(&b.1))
 }

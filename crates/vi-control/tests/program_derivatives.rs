@@ -12,6 +12,7 @@ use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
 };
 use vi_core::Composition;
+use vi_core::galerkin::Stages;
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::law::Input;
@@ -21,6 +22,11 @@ use vi_testkit::Sample;
 
 /// Five sub-steps in each step, the third one backward.
 const SUZUKI: Method = Method::Composition(Composition::Suzuki5);
+
+/// Polynomials of degree `s` on each step.
+fn galerkin(s: usize) -> Method {
+    Method::Galerkin(Stages::new(s).unwrap())
+}
 
 fn jacobian(program: &Transcription) -> DMatrix<f64> {
     let mut entries = vec![0.0; program.jacobian_places().len()];
@@ -128,6 +134,10 @@ fn of_every_term() {
         ("oc06_satellite_three_wheels", Method::default()),
         ("oc07_four_bar_to_rest", SUZUKI),
         ("oc06_satellite_three_wheels", SUZUKI),
+        ("oc03_two_link_effort", galerkin(1)),
+        ("oc07_four_bar_to_rest", galerkin(2)),
+        ("oc09_arm6_effort", galerkin(2)),
+        ("oc06_satellite_three_wheels", galerkin(3)),
     ] {
         for rest in [Rest::All, Rest::Free] {
             let case = Case::read(name);
@@ -172,12 +182,14 @@ fn beside_springs() {
     for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
         check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
         check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
-        let case = with_springs("oc07_four_bar_to_rest", length);
-        let (mut problem, guess) = case.problem(2);
-        problem.method = SUZUKI;
-        let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
-        let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
-        check("springs by sub-steps", program, tolerance);
+        for method in [SUZUKI, galerkin(2), galerkin(3)] {
+            let case = with_springs("oc07_four_bar_to_rest", length);
+            let (mut problem, guess) = case.problem(2);
+            problem.method = method;
+            let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+            let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+            check(&format!("springs by {method:?}"), program, tolerance);
+        }
     }
 }
 
@@ -188,9 +200,12 @@ fn beside_springs() {
 fn of_numbers_with_velocities() {
     let vector = nalgebra::Vector3::new;
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        for (free, method) in
-            [(false, Method::default()), (true, Method::default()), (true, SUZUKI)]
-        {
+        for (free, method) in [
+            (false, Method::default()),
+            (true, Method::default()),
+            (true, SUZUKI),
+            (true, galerkin(2)),
+        ] {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
             problem.method = method;
@@ -255,7 +270,12 @@ fn beside_wrenches() {
     let turning = control("turning", wrench(LoadKind::Follower, none, torque));
     let cases = [(vec![dead, thrust], 1e-5), (vec![turning], f64::INFINITY)];
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        let methods = [(false, Method::default()), (true, Method::default()), (true, SUZUKI)];
+        let methods = [
+            (false, Method::default()),
+            (true, Method::default()),
+            (true, SUZUKI),
+            (true, galerkin(2)),
+        ];
         for ((wrenches, tolerance), (free, method)) in
             cases.iter().flat_map(|own| methods.map(|method| (own, method)))
         {

@@ -29,10 +29,6 @@ pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelE
         let help = "remove `parameters`, or the [[control]]";
         return refuse("optimize.parameters", "parameters beside controls", help);
     }
-    if model.settings.method().stages().is_some() {
-        let help = "write method = \"composition\", or order = 2";
-        return refuse("simulation.method", "controls of Galerkin steps", help);
-    }
     if model.is_nonsmooth() {
         let help = "remove contacts, stops and dry friction: their impulses have no derivative";
         return refuse("contact", "controls beside impulses", help);

@@ -5,8 +5,8 @@
 //! node to node; where they do not, the guess stays as it is, open.
 
 use super::chart::{Chart, Reference};
+use super::division::Division;
 use super::problem::ProblemError;
-use super::sub_steps::SubSteps;
 use super::{Motion, Transcription};
 use nalgebra::DMatrix;
 use vi_constraints::reparametrization::Reparametrization;
@@ -147,26 +147,26 @@ fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
     xi
 }
 
-/// The references of the nodes of all sub-steps of a guess, and what coordinates that add up have
+/// The references of all nodes of a guess, and what coordinates that add up have
 /// changed by there: between the nodes of the steps along the way from one to the next.
 pub(super) fn references(
     chart: &Chart,
     mechanism: &Mechanism,
     start: (&[f64], &[Row]),
-    parts: &SubSteps,
+    division: &Division,
     guess: &Guess,
 ) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
-    let steps = parts.step(parts.count());
+    let steps = division.step(division.last());
     let (ends, travel) = of_steps(chart, mechanism, start, steps, guess)?;
-    if parts.each() == 1 {
+    if division.each() == 1 {
         return Ok((ends, travel));
     }
     let nodes: Vec<Vec<f64>> = ends.iter().map(|end| end.q().to_vec()).collect();
-    let all = (0..=parts.count()).map(|k| match parts.starting(k) {
+    let all = (0..=division.last()).map(|k| match division.starting(k) {
         Some(n) => (ends[n].clone(), travel[n].clone()),
         None => {
-            let n = parts.step(k);
-            let part = parts.time(k) - n as f64;
+            let n = division.step(k);
+            let part = division.time(k) - n as f64;
             let (node, traveled) = between(chart, &nodes[n..n + 2], &travel[n..n + 2], part);
             (chart.reference(&node), traveled)
         }

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //! variables   for k = 0 … N s − 1: values of controls that begin there, hλ_k of the closures, ξ_{k+1};  hλ_{N s};  T
-//! rows        for k = 0 … N s − 1: balance at k, closures at k+1, turns of the sub-step, conditions at k+1;  rest
+//! rows        for k = 0 … N s − 1: balance at k, closures at k+1, turns from k to k+1, conditions at k+1;  rest
 //! ```
-//! Nodes and steps are here those of the sub-steps; controls begin and conditions hold where steps
-//! meet.
+//! Nodes are here those of sub-steps, or control points; controls begin and conditions hold where
+//! steps meet.
 
+use super::division::Division;
 use super::problem::{FinalTime, Problem, Quantity, Rest, When};
-use super::sub_steps::SubSteps;
 use std::ops::Range;
 
 /// Places of variables and rows.
@@ -23,7 +23,7 @@ pub(super) struct Layout {
     pub(super) time: Option<usize>, // T
     balances: Vec<usize>,           // of nodes 0 … N s − 1
     closures: Vec<usize>,           // of nodes 1 … N s
-    turns: Vec<usize>,              // of sub-steps
+    turns: Vec<usize>,              // from nodes 0 … N s − 1
     pub(super) conditions: Vec<Placed>, // rows beside bounds of variables
     pub(super) rest: Range<usize>,
 }
@@ -54,7 +54,7 @@ pub(super) fn is_bound(quantity: &Quantity, when: When) -> bool {
 }
 
 impl Layout {
-    pub(super) fn new(problem: &Problem, parts: &SubSteps, counts: Counts) -> Self {
+    pub(super) fn new(problem: &Problem, division: &Division, counts: Counts) -> Self {
         let Counts { tree, closures: m, turning } = counts;
         let (mut variable, mut row) = (0, 0);
         let place = |counter: &mut usize, count: usize| {
@@ -77,9 +77,9 @@ impl Layout {
             conditions: Vec::new(),
             rest: 0..0,
         };
-        for k in 0..parts.count() {
+        for k in 0..division.last() {
             for (control, values) in problem.controls.iter().zip(&mut values) {
-                if parts.starting(k).is_some_and(|n| n.is_multiple_of(control.hold)) {
+                if division.starting(k).is_some_and(|n| n.is_multiple_of(control.hold)) {
                     values.push(place(&mut variable, 1));
                 }
             }
@@ -88,7 +88,7 @@ impl Layout {
             layout.balances.push(place(&mut row, tree));
             layout.closures.push(place(&mut row, m));
             layout.turns.push(place(&mut row, turning));
-            let Some(n) = parts.starting(k + 1) else { continue };
+            let Some(n) = division.starting(k + 1) else { continue };
             for (condition, own) in problem.conditions.iter().enumerate() {
                 let holds = match own.when {
                     When::End => n == problem.steps,
@@ -149,7 +149,7 @@ impl Layout {
         self.closures[n - 1]
     }
 
-    /// First row of the turns of sub-step `n`.
+    /// First row of the turns from node `n` to the next one.
     pub(super) fn turn(&self, n: usize) -> usize {
         self.turns[n]
     }

@@ -149,7 +149,8 @@ pub enum CostKind {
     /// `T = N h`.
     Time,
     /// `½ (y − target)²`: at the end or at a node once, along the path `Σ (h/2)` of both ends of
-    /// each step, the trapezoidal rule: of order 2 by every method.
+    /// each step, of numbers of the configuration that are not continued of each sub-step: with
+    /// these a sum has the order of a composition, all others have order 2.
     Deviation {
         /// `y`.
         quantity: Quantity,
@@ -210,7 +211,7 @@ pub struct Problem {
     pub conditions: Vec<Condition>,
     /// What has no momentum at the end.
     pub rest: Rest,
-    /// Largest turn about a joint in a sub-step, rad: beyond about 1 rad two turns have one momentum.
+    /// Largest turn about a joint from a node to the next, rad: beyond about 1 rad two turns have one momentum.
     pub max_increment: f64,
 }
 
