@@ -414,6 +414,24 @@ impl Setting for Still {
     }
 }
 
+/// The same by a method, without bounds of turns.
+struct Unbounded(Own, Method);
+
+impl Setting for Unbounded {
+    fn program(&self, steps: usize, guess: Option<&Guess>) -> Result<Transcription, ProblemError> {
+        let case = &self.0.0;
+        let (mut problem, line) = case.problem(steps);
+        (problem.method, problem.max_increment) = (self.1, f64::INFINITY);
+        let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+        Transcription::new(&case.mechanism, system, at, problem, guess.unwrap_or(&line))
+    }
+    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+        let options = Options::new(SchemeKind::Nodal, motion.step);
+        let mut run = self.0.0.run_by(Options { method: self.1, ..options });
+        Ok(Replay::of(&mut run, &self.0.0.efforts, motion))
+    }
+}
+
 impl Setting for Own {
     fn program(&self, steps: usize, guess: Option<&Guess>) -> Result<Transcription, ProblemError> {
         let (problem, line) = self.0.problem(steps);
@@ -500,6 +518,37 @@ fn an_effort_beside_the_controls_is_another_motion() {
     own.0.efforts[1].set(0.5);
     let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
     assert_eq!(optimum.verdict, Verdict::OtherMotion);
+}
+
+/// A pendulum that swings up in a few steps turns by more than 1 rad in one of them; what counts is
+/// by how much it turns in a sub-step, or between control points.
+#[test]
+fn turns_are_those_between_all_nodes() {
+    for (method, steps, is_far) in [
+        (Method::Composition(Composition::Suzuki5), 6, true),
+        (Method::Composition(Composition::SofroniouSpaletta13), 6, false),
+        (Method::Galerkin(Stages::new(3).unwrap()), 4, true),
+        (Method::Galerkin(Stages::new(3).unwrap()), 6, false),
+    ] {
+        let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
+        let method = &mut Pounce::default();
+        let optimum = optimize(method, &setting, steps, 0, &progress(usize::MAX)).unwrap();
+        let turn = |from: &[f64], to: &[f64]| {
+            let turn = (to[5] * from[3] - to[3] * from[5]).atan2(to[3] * from[3] + to[5] * from[5]);
+            turn.abs() // of d_1, in the plane x, z
+        };
+        let all: Vec<&[f64]> = optimum.motion.all_nodes().collect();
+        let parts = all.windows(2).map(|pair| turn(pair[0], pair[1])).fold(0.0, f64::max);
+        let pairs = optimum.motion.nodes.windows(2);
+        let whole = pairs.map(|pair| turn(&pair[0], &pair[1])).fold(0.0, f64::max);
+        println!("{:?}, {steps}: {:?}, turns {whole:.2}, {parts:.2}", setting.1, optimum.verdict);
+
+        assert!(whole > 1.0 && (parts > 1.0) == is_far, "{whole}, {parts}");
+        match optimum.verdict {
+            Verdict::TurnsTooFar { turn, .. } => assert!(is_far && (turn - parts).abs() < 1e-12),
+            verdict => assert!(!is_far && verdict == Verdict::Optimal, "{verdict:?}"),
+        }
+    }
 }
 
 /// With four steps a body has to turn too far in one: that is said, not hidden.
