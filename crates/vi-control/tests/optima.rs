@@ -276,9 +276,9 @@ fn from_another([a, b]: [&(Motion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4
     found
 }
 
-/// Controls of as many values as ever, motions in finer and finer steps: cost, states, costates
-/// and controls of the optimum go to those of the exact motion with such controls by the order of the method;
-/// each is replayed by its own method.
+/// Controls of as many values as ever, motions in finer and finer steps: cost, states, costates and
+/// controls of the optimum go to those of the exact motion with such controls by the order of the
+/// method; each is replayed by its own method.
 #[test]
 fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
     let methods = [

@@ -7,10 +7,12 @@ use vi_constraints::Method;
 use vi_constraints::setup::SetupError;
 use vi_control::Transcription;
 use vi_control::transcription::problem::{
-    Condition, Cost, CostKind, FinalTime, Problem, ProblemError, Quantity, Rest, When,
+    Acts, Condition, Cost, CostKind, FinalTime, Problem, ProblemError, Quantity, Rest, When,
 };
 use vi_control::transcription::{Guess, Path};
 use vi_core::Composition;
+use vi_core::coordinate_force::SignedUnknown;
+use vi_core::galerkin::Stages;
 use vi_multibody::form::{Form, Row};
 
 fn refused(name: &str, change: &dyn Fn(&mut Problem, &mut Guess)) -> ProblemError {
@@ -50,6 +52,13 @@ fn what_is_wrong_is_said() {
     let suzuki = Method::Composition(Composition::Suzuki5);
     let damped = refused("oc09_arm6_effort", &|p, _| p.method = suzuki);
     assert_eq!(damped, ProblemError::Method(SetupError::DissipativeComposition));
+    // an effort along a rotation of a free body
+    let galerkin = Method::Galerkin(Stages::new(2).unwrap());
+    let turning = refused("oc06_satellite_three_wheels", &|p, _| {
+        p.method = galerkin;
+        p.controls[0].acts = Acts::Along(SignedUnknown { index: 3, sign: 1.0 });
+    });
+    assert_eq!(turning, ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
     let single = refused("oc07_four_bar_to_rest", &|p, _| p.rest = Rest::Unknowns(vec![0]));
     assert!(matches!(single, ProblemError::NotCovered(_)), "{single}");
 }

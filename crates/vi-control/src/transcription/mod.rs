@@ -13,8 +13,8 @@
 //! reference `q̂` ([`chart`]), `g_c` independent closures, `hλ` their impulses, `w` controls.
 //!
 //! Above order 2 nodes and steps of these equations are those of the sub-steps `γ_i h` of a
-//! composition [2.20], or nodes the control points of Galerkin steps, with `w_i` of [2.26]; controls
-//! are constant over whole steps, costs and conditions are those of the nodes where these meet.
+//! composition [2.20], or nodes the control points of Galerkin steps, with `w_i` of [2.26];
+//! controls are constant over whole steps, conditions are those of the nodes where these meet.
 //!
 //! Source: S. Leyendecker, S. Ober-Blöbaum, J. E. Marsden, M. Ortiz, Optim. Control Appl. Meth. 31
 //! (2010) 505–528; S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352.
@@ -39,7 +39,7 @@ use layout::{Counts, Layout, is_bound};
 use nalgebra::DMatrix;
 use numbers::Velocities;
 use point::Point;
-use problem::{Acts, FinalTime, Problem, ProblemError, Quantity, Rest};
+use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest};
 use std::sync::Arc;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::setup::SetupError;
@@ -167,6 +167,12 @@ impl Transcription {
             Acts::Wrench(_) => None,
         });
         let coordinates: Vec<_> = coordinates.collect();
+        let is_effort = |control: &Control| matches!(control.acts, Acts::Along(_));
+        let mut efforts = problem.controls.iter().zip(&coordinates);
+        let unknown = efforts.any(|(own, coordinate)| is_effort(own) && coordinate.is_none());
+        if problem.method.stages().is_some() && unknown {
+            return Err(ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
+        }
         let along = system.along_unknowns();
         let along_coordinates = along.map(|own| coordinate(own.unknown)).collect();
         let velocities = Velocities::of(mechanism, &system, at, &problem)?;

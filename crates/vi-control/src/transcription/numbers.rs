@@ -364,8 +364,8 @@ impl Transcription {
         }
     }
 
-    /// `y_p̄·∂p̄_n/∂h` of the momentum with which a piece ends, of a sub-step without controls; zero
-    /// where the time is given.
+    /// `y_p̄·∂p̄_n/∂h` of the momentum with which a piece ends, of a sub-step without controls;
+    /// zero where the time is given.
     fn momentum_by_step(&self, point: &Point, number: usize, of_p: &[f64]) -> f64 {
         if self.layout.time.is_none() {
             return 0.0;

@@ -101,7 +101,7 @@ impl Parts {
     }
 }
 
-/// `out ← out + A X`, or with `Aᵀ`.
+/// `out ← out + scale A X`, or with `Aᵀ`.
 fn add_product(
     scale: f64,
     matrix: &SparseMatrix,
@@ -119,8 +119,8 @@ fn add_product(
 }
 
 impl Piece {
-    /// Between these nodes, from the first one on; `at`: angles at the start with its time, the
-    /// length of the piece.
+    /// Between these nodes, the first of which has this number, from these angles and this time on;
+    /// `value`: of each control in it.
     pub(super) fn new(
         of: &Transcription,
         (first, nodes): (usize, &[&[f64]]),
@@ -323,7 +323,7 @@ impl Piece {
         self.wrenches.iter().for_each(|load| load.add_gauss_slopes(at, &node.v, by, out));
     }
 
-    /// How a control acts at node `i` of the piece; `None` of wrenches on others.
+    /// How a control acts at node `i` of the piece.
     pub(super) fn effect(&self, of: &Transcription, control: usize, i: usize) -> Effect {
         let h = self.s.h;
         if let (Kind::SubStep(_), Some(SignedUnknown { index, sign })) =
@@ -358,7 +358,8 @@ impl Piece {
         Effect::Force(force)
     }
 
-    /// `Σ_i (∂/∂q_j of how a control acts at node i)ᵀ Y_i` of each node `j` of the piece, shape `n`.
+    /// `Σ_i (∂/∂q_j of how a control acts at node i)ᵀ Y_i` of each node `j` of the piece, shape
+    /// `n`.
     pub(super) fn effect_slopes(
         &self,
         of: &Transcription,

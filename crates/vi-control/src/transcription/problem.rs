@@ -211,7 +211,8 @@ pub struct Problem {
     pub conditions: Vec<Condition>,
     /// What has no momentum at the end.
     pub rest: Rest,
-    /// Largest turn about a joint from a node to the next, rad: beyond about 1 rad two turns have one momentum.
+    /// Largest turn about a joint from a node to the next, rad: beyond about 1 rad two turns have
+    /// one momentum.
     pub max_increment: f64,
 }
 
