@@ -488,7 +488,7 @@ impl Piece {
                         let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
                         let mut own = times(&third, i, j);
                         own += &bent[i] * by_q[j].transpose() + &by_q[i] * bent[j].transpose();
-                        *out += h * b * E_i * E_j * own;
+                        *out += h * b * E_i * E_j * own; // [2.51]
                         let Some(second) = &second else { continue };
                         let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)]);
                         let mixed = times(second, i, j);
