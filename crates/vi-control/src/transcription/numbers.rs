@@ -24,6 +24,7 @@ use crate::program::Undefined;
 use crate::terminal_rate::NodeReader;
 use nalgebra::DMatrix;
 use vi_constraints::InitialValues;
+use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
@@ -73,6 +74,7 @@ impl Velocities {
             let what = match own.reads() {
                 Reads { accelerations: true, .. } => "accelerations, which controls change as well",
                 Reads { forces: true, .. } => "multipliers of the step from the node",
+                Reads { internal: true, .. } => "what all steps before it have done",
                 _ if free && own.reads_time() => "the time, and the final time is free",
                 _ => continue,
             };
@@ -231,9 +233,10 @@ impl Transcription {
             return Vec::new();
         };
         let (piece, state) = (&point.pieces[number], self.state(point, n));
-        let [mut of_q, mut of_p] = [(); 2].map(|()| vec![0.0; self.n]);
-        let slopes = [&mut of_q[..], &mut of_p, &mut []];
+        let mut by = Costate::zero(self.n, 0);
+        let slopes = (&mut by, &mut [][..]);
         all.reader.add_slopes((own, &|_| 1.0), (&state, Known::State), slopes, &mut []);
+        let Costate { q: of_q, p: of_p, .. } = by;
         let (span, mut slopes) = (self.division.span(), Vec::new());
         for j in (0..=span).rev() {
             let mut slope = self.momentum_slope(point, (number, &state), j, &of_p);

@@ -65,6 +65,17 @@ impl<T: Number> Spring<T> {
         }
     }
 
+    /// `V`, J.
+    pub fn energy(&self, q: &[f64]) -> T {
+        let (d, l0) = (self.between.at(q), self.natural_length);
+        let s = d.dot(&d);
+        let stretch = match self.law {
+            SpringLaw::Linear => s.sqrt() - l0,
+            SpringLaw::QuadraticStretch => s - l0 * l0,
+        };
+        T::of(0.5) * self.stiffness * stretch * stretch
+    }
+
     /// `scale ∂V/∂D`.
     pub(crate) fn pull(&self, q: &[f64], scale: f64) -> Vector3<T> {
         let d = self.between.at(q);
@@ -83,12 +94,7 @@ impl Spring {
 
 impl Potential for Spring {
     fn value(&self, q: &[f64]) -> f64 {
-        let s = self.between.at(q).norm_squared();
-        let stretch = match self.law {
-            SpringLaw::Linear => s.sqrt() - self.natural_length,
-            SpringLaw::QuadraticStretch => s - self.natural_length * self.natural_length,
-        };
-        0.5 * self.stiffness * stretch * stretch
+        self.energy(q)
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
