@@ -15,8 +15,10 @@
 //! The slopes of `w` are those of [`super::piece`]: of Galerkin steps every node of the step has a
 //! block with every other one, and efforts add [2.51].
 //!
-//! Exact where potentials and forces beside gravity act along unknowns; of the others the third
-//! derivatives are left out of `∇²𝓛`, which slows the method and moves no optimum.
+//! Exact beside gravity, springs and dampers between points, loads on bodies, and what acts along
+//! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out of
+//! `∇²𝓛`, of bushings and laws of anything that moves the third: this slows the method and moves no
+//! optimum.
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
@@ -421,12 +423,12 @@ impl Transcription {
             point.nodes[first..=last].iter().map(|node| &node.columns).collect();
         let Y: Vec<&[f64]> = bent[first..=last].iter().map(|own| own[0].as_slice()).collect();
         let traveled = |j: usize| self.traveled(&point.x, first, j);
-        let of_efforts = piece.effort_curvature(self, (&K, &Y), &traveled);
+        let of_forces = piece.curvature(self, (&K, &Y), &traveled);
         for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
             let [at, next] = [i, j].map(|i| self.layout.coordinate(first + i));
             let (Some(at), Some(next)) = (at, next) else { continue };
             if i == j {
-                let Some(own) = &of_efforts else { continue };
+                let Some(own) = &of_forces else { continue };
                 for l in 0..d {
                     (l..d).for_each(|k| out(at + k, at + l, own[i][i][(k, l)]));
                 }
@@ -435,7 +437,7 @@ impl Transcription {
             let A = piece.times(self, (i, j), K[j], false).sum();
             let C = piece.times(self, (j, i), K[i], false).sum();
             let mut mixed = bent[first + i][1].tr_mul(&A) + C.tr_mul(&bent[first + j][1]);
-            if let Some(own) = &of_efforts {
+            if let Some(own) = &of_forces {
                 mixed += &own[i][j];
             }
             for k in 0..d {

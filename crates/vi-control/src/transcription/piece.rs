@@ -436,9 +436,68 @@ impl Piece {
         }))
     }
 
+    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)` by their second derivatives, with the columns `K` and the
+    /// `Y` of all nodes of the piece; `None` where nothing does.
+    pub(super) fn curvature(
+        &self,
+        of: &Transcription,
+        (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
+        traveled: &dyn Fn(usize) -> f64,
+    ) -> Option<Vec<Vec<DMatrix<f64>>>> {
+        let of_efforts = self.effort_curvature(of, (K, Y), traveled);
+        if !of.has_other && self.wrenches.is_empty() {
+            return of_efforts;
+        }
+        let d = of.chart.dof();
+        let zero = || vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
+        let mut sum = of_efforts.unwrap_or_else(zero);
+        for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+            let emit = |out: &mut dyn Entries| self.emit_bend(of, Y, (i, j), out);
+            let mut product = DMatrix::zeros(of.n, d);
+            SparseMatrix::assemble(of.n, of.n, emit).mul_dense_add(1.0, K[j], &mut product);
+            sum[i][j] += K[i].tr_mul(&product);
+        }
+        Some(sum)
+    }
+
+    /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial, as far as it is known.
+    fn emit_bend(
+        &self,
+        of: &Transcription,
+        Y: &[&[f64]],
+        (i, j): (usize, usize),
+        out: &mut dyn Entries,
+    ) {
+        match &self.kind {
+            Kind::SubStep(_) => {
+                let (Y, slots) = ([Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
+                if of.has_other {
+                    of.system.beside_unknowns_bend(&self.s, Y, slots, out);
+                }
+                self.wrenches.iter().for_each(|load| load.add_bend(&self.s, Y, slots, out));
+            }
+            Kind::Galerkin(action) => {
+                let (h, constants) = (self.s.h, action.points.constants());
+                for (k, node) in action.points.gauss().iter().enumerate() {
+                    let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
+                    let b = constants.gauss_weights[k];
+                    let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
+                    let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)] / h);
+                    let by = [E_i * E_j, E_i * D_j, D_i * E_j, D_i * D_j].map(|by| h * b * by);
+                    if of.has_other {
+                        of.system.gauss_bend_beside_unknowns(at, &node.v, &Z, by, out);
+                    }
+                    for load in &self.wrenches {
+                        load.add_gauss_bend(at, &node.v, &Z, by, out);
+                    }
+                }
+            }
+        }
+    }
+
     /// What efforts add to `∇²𝓛 (ξ_i, ξ_j)` of a Galerkin step, with the columns `K` and the `Y` of
     /// all its nodes; `None` in a sub-step.
-    pub(super) fn effort_curvature(
+    fn effort_curvature(
         &self,
         of: &Transcription,
         (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
