@@ -16,7 +16,8 @@ use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
 use vi_core::{Configuration, Quadrature, Working};
 use vi_multibody::builder::ForceElements;
-use vi_multibody::design::MovedCoordinate;
+use vi_multibody::bushing::SixSpring;
+use vi_multibody::design::{EffortTangent, MovedCoordinate};
 use vi_multibody::joint_force::JointSpring;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
@@ -25,11 +26,11 @@ use vi_multibody::spring::Spring;
 #[derive(Clone, Debug)]
 pub(crate) enum Stored {
     /// A spring of this joint.
-    Joint(usize, JointSpring),
+    Joint(usize, Box<JointSpring>),
     /// A spring between points, by its number.
     Spring(usize, Spring),
     /// A bushing.
-    Bushing(vi_multibody::bushing::SixSpring),
+    Bushing(Box<SixSpring>),
 }
 
 /// `V_θ` of one parameter.
@@ -45,7 +46,7 @@ pub(crate) struct ForceWork {
 }
 
 impl ForceWork {
-    /// Of a force of a model; `None` of a joint that has no such coordinate.
+    /// Of a force of a model.
     pub(crate) fn of(
         model: &Model,
         force: &str,
@@ -59,7 +60,8 @@ impl ForceWork {
             elements.into_iter().find_map(|JointDrive { freedom, law, .. }| match law {
                 ElementLaw::Spring { stiffness, rest } => {
                     let coordinate = mechanism.coordinate(joint, freedom)?;
-                    Some(Stored::Joint(joint, JointSpring { coordinate, stiffness, rest }))
+                    let spring = JointSpring { coordinate, stiffness, rest };
+                    Some(Stored::Joint(joint, Box::new(spring)))
                 }
                 _ => None,
             })
@@ -70,7 +72,7 @@ impl ForceWork {
         };
         let bushing = || {
             let own = forces.bushings.iter().find(|own| own.name == force)?;
-            Some(Stored::Bushing(own.spring.clone()))
+            Some(Stored::Bushing(Box::new(own.spring.clone())))
         };
         Self { force: force.to_owned(), stored: of_joint.or_else(spring).or_else(bushing) }
     }
@@ -86,9 +88,9 @@ impl Stored {
     /// `V`.
     pub(crate) fn energy(&self) -> Arc<dyn DiscretePotential> {
         match self {
-            Self::Joint(_, own) => Arc::new(own.clone()),
+            Self::Joint(_, own) => Arc::new((**own).clone()),
             Self::Spring(_, own) => Arc::from(Quadrature::Midpoint.discretize(own.clone())),
-            Self::Bushing(own) => Arc::new(own.clone()),
+            Self::Bushing(own) => Arc::new((**own).clone()),
         }
     }
 
@@ -113,7 +115,7 @@ impl Stored {
                     let (rest, x) = (spring.rest, spring.coordinate.at(at));
                     let stretch = x - rest;
                     // V_θ = −∫ τ_θ dx from x_0, of which τ_θ is linear in x
-                    let of = |by: &vi_multibody::design::EffortTangent| {
+                    let of = |by: &EffortTangent| {
                         -0.5 * (by(at.t, rest, 0.0) + by(at.t, x, 0.0)) * stretch
                     };
                     let along = moved.as_ref().map_or(0.0, |own| own.by(at.q));
