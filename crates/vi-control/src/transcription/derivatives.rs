@@ -16,9 +16,9 @@
 //! block with every other one, and efforts add [2.51].
 //!
 //! Exact beside gravity, springs and dampers between points, loads on bodies, and what acts along
-//! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out of
-//! `∇²𝓛`, of bushings and laws of anything that moves the third: this slows the method and moves no
-//! optimum.
+//! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out
+//! of `∇²𝓛`, of bushings and laws of anything that moves the third: this slows the method and moves
+//! no optimum.
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
