@@ -303,8 +303,8 @@ impl<T: Number> Helicoidal<T> {
 }
 
 impl Helicoidal {
-    /// The triad half-way between the nodes with the forms `y`, from the mean of their triads, whose
-    /// stretch is `cos(ψ/2)` across the axis of `ψ`.
+    /// The triad half-way between the nodes with the forms `y`, from the mean of their triads,
+    /// whose stretch is `cos(ψ/2)` across the axis of `ψ`.
     pub(crate) fn middle<T: Number>(mean: &Matrix3<T>, y: &SVector<T, FORMS>) -> Matrix3<T> {
         let one = T::of(1.0);
         let (a, c) = (Vector3::new(y[3], y[4], y[5]), (one - y[6]).sqrt());

@@ -495,8 +495,8 @@ impl Objective {
         self.along.iter().map(|(weight, term)| weight * term.of_end(node)).sum()
     }
 
-    /// Adds `scale` times its derivatives by `q`, by `p̄`, or another momentum of the same velocity,
-    /// and by the internal variables.
+    /// Adds `scale` times its derivatives by `q`, by `p̄`, or another momentum of the same
+    /// velocity, and by the internal variables.
     pub fn add_of_node(&self, node: &State, scale: f64, out: &mut Costate) {
         self.along.iter().for_each(|(weight, term)| term.add_of_end(node, scale * weight, out));
     }

@@ -436,8 +436,8 @@ impl Piece {
         }))
     }
 
-    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)` by their second derivatives, with the columns `K` and the
-    /// `Y` of all nodes of the piece; `None` where nothing does.
+    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)` by their second derivatives, with the columns `K` and
+    /// the `Y` of all nodes of the piece; `None` where nothing does.
     pub(super) fn curvature(
         &self,
         of: &Transcription,
