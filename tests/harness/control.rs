@@ -323,12 +323,17 @@ impl GradientCase {
                     _ => return Err(format!("unknown path `{path}`")),
                 };
                 let along = (own.joint, own.freedom);
-                to.efforts.push(EffortChange::of_spring(along, [own.stiffness, own.rest], by));
+                to.efforts.push(EffortChange::of_spring("", along, [own.stiffness, own.rest], by));
             }
             ["joint_dampers", damper, "damping"] => {
                 let own = &self.joint_dampers[place(damper, self.joint_dampers.len())?];
                 let by = Arc::new(move |_: f64, _: f64, v: f64| -rate * v);
-                to.efforts.push(EffortChange { joint: own.joint, freedom: own.freedom, by });
+                to.efforts.push(EffortChange {
+                    force: String::new(),
+                    joint: own.joint,
+                    freedom: own.freedom,
+                    by,
+                });
             }
             ["springs", spring, ref keys @ ..] => {
                 let spring = place(spring, self.springs.len())?;

@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::Value;
 use std::sync::Arc;
-use vi_constraints::{InitialValues, Options, Reparametrization, SchemeKind};
+use vi_constraints::{InitialValues, Method, Options, Reparametrization, SchemeKind};
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, Quantity, Rest,
     When,
@@ -281,9 +281,13 @@ impl Case {
 
     /// The integrator at the start, with a scheme and a step.
     pub(crate) fn run(&self, scheme: SchemeKind, h: f64) -> MechanismIntegrator {
+        self.run_by(Options::new(scheme, h))
+    }
+
+    /// The integrator at the start.
+    pub(crate) fn run_by(&self, options: Options) -> MechanismIntegrator {
         let built = self.built();
         let system = built.system(Quadrature::Midpoint);
-        let options = Options::new(scheme, h);
         integrator(built.mechanism, system, options, Solver::Auto, self.initial()).unwrap()
     }
 
@@ -433,6 +437,7 @@ impl Case {
         let problem = Problem {
             steps,
             time,
+            method: Method::default(),
             controls: self.controls(),
             costs: self.objective(),
             conditions,

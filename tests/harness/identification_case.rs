@@ -69,13 +69,13 @@ impl Unknown {
                     let by = if key == "stiffness" { [rate, 0.0] } else { [0.0, rate] };
                     let values = [number(&own["stiffness"]), number(&own["rest"])];
                     let at = (whole(&own["joint"]), whole(&own["freedom"]));
-                    to.efforts.push(EffortChange::of_spring(at, values, by));
+                    to.efforts.push(EffortChange::of_spring("", at, values, by));
                 }
                 ["joint_dampers", damper, "damping"] => {
                     let own = &list(&self.0, "joint_dampers")[place(damper)];
                     let (joint, freedom) = (whole(&own["joint"]), whole(&own["freedom"]));
                     let by = Arc::new(move |_: f64, _: f64, v: f64| -rate * v);
-                    to.efforts.push(EffortChange { joint, freedom, by });
+                    to.efforts.push(EffortChange { force: String::new(), joint, freedom, by });
                 }
                 _ => panic!("unknown path `{path}`"),
             }

@@ -28,7 +28,7 @@ impl Term for Linear {
     fn of_end(&self, end: &State) -> f64 {
         dot(&self.0, &end.q) + dot(&self.1, &end.p)
     }
-    fn add_of_end(&self, _: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
+    fn add_of_end(&self, _: &State, scale: f64, Costate { q, p, .. }: &mut Costate) {
         for (own, out) in [(&self.0, q), (&self.1, p)] {
             out.iter_mut().zip(own).for_each(|(out, own)| *out += scale * own);
         }

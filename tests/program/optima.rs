@@ -121,6 +121,40 @@ fn optimal_efforts_are_repeated_bit_for_bit() {
     assert!((a - b).abs() < 1e-8 * a, "{a} {b}");
 }
 
+/// By methods of higher order: files have rows for whole steps, the run of `model.toml` is by the
+/// same method, and an optimum of order 2 is where another search may begin.
+#[cfg(feature = "optimize")]
+#[test]
+fn optima_of_higher_order_are_repeated_bit_for_bit() {
+    let folder = written("higher", CONTROL);
+    assert_eq!(code(&folder, &["optimize", "clock.toml"]), 0);
+    let second = optimum(&folder)["cost"].as_f64().unwrap();
+    assert_eq!(code(&folder, &["run", "clock.toml", "-o", "plain", "-q"]), 0);
+    fs::rename(folder.join("clock-optimum"), folder.join("second")).unwrap();
+    for set in [["order=4", "method=composition"], ["order=4", "method=galerkin"]] {
+        for guess in ["line", "run", "second"] {
+            let [order, method] = set.map(|own| format!("simulation.{own}"));
+            let guess = format!("optimize.guess={guess}");
+            let words_of = ["optimize", "clock.toml", "--force", "--set", &order, "--set", &method];
+            let words_of = [&words_of[..], &["--set", &guess]].concat();
+            let output = holonom(&folder, &words_of);
+            assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+            let found = optimum(&folder);
+            assert_eq!((&found["status"], &found["sufficient"]), (&"optimal".into(), &true.into()));
+            let cost = found["cost"].as_f64().unwrap();
+            println!("{set:?}, {guess}: {cost}, of order 2 {second}");
+            assert!((cost - second).abs() < 1e-2 * second && (cost - second).abs() > 1e-6 * second);
+            for file in ["controls.csv", "costates.csv"] {
+                let text = fs::read_to_string(folder.join("clock-optimum").join(file)).unwrap();
+                assert_eq!(text.lines().count(), 101, "{file}");
+            }
+            let model = fs::read_to_string(folder.join("clock-optimum/model.toml")).unwrap();
+            assert!(model.contains("order = 4") && model.contains("type = \"steps\""), "{model}");
+            is_repeated(&folder);
+        }
+    }
+}
+
 /// The cost of a reference case with so many steps.
 #[cfg(feature = "optimize")]
 fn stored_cost(case: &str, steps: u64) -> f64 {

@@ -1,13 +1,12 @@
 //! `estimate.html`: unknown numbers from measurements, data over model, residuals, correlations.
 
-use std::fmt::Write;
-
 use holonom_sim::identification::{Found, Identified, MeasuredRow};
 use holonom_sim::sensor::columns;
 
 use super::chart::{Chart, ChartAxis, Series, Strokes};
 use super::facts::rounded;
-use super::page::{foot, head, heading, inline, push_grid, push_list, push_model, push_warnings};
+use super::optimum_page::push_charts;
+use super::page::{foot, head, heading, push_grid, push_list, push_model, push_warnings};
 
 /// The charts of an estimate: of each column the data over the model, and the residuals.
 #[must_use]
@@ -85,9 +84,7 @@ pub fn estimate_page(found: &Found, command: &str) -> String {
         [one.column.clone(), one.sensor.clone(), values, rms, sigma, runs]
     });
     push_grid(&mut html, &names, columns);
-    for chart in estimate_charts(found) {
-        let _ = writeln!(html, "<figure>\n{}</figure>", inline(&chart.svg(), &chart.title));
-    }
+    push_charts(&mut html, &estimate_charts(found));
     push_model(&mut html, &found.model.to_toml());
     foot(&mut html, env!("CARGO_PKG_VERSION"));
     html

@@ -98,7 +98,9 @@ pub fn optimum_page(model: &Model, found: &Found, scene: &str, command: &str) ->
     let there = sections.into_iter().filter(|(.., there)| *there);
     push_contents(&mut html, there.map(|(id, name, _)| (id, name)));
     html += scene;
-    push_list(&mut html, optimum_facts(own).into_iter().map(|fact| (fact.subject, fact.finding)));
+    let plain = |finding: String| finding.replace('`', ""); // quotes of a terminal
+    let facts = optimum_facts(own).into_iter();
+    push_list(&mut html, facts.map(|fact| (fact.subject, plain(fact.finding))));
     html += "<p class=\"note\"><a href=\"report.html\">The page of the run</a> has all curves of the motion.</p>\n";
     push_controls(&mut html, model, found);
     push_parameters(&mut html, own);
@@ -112,7 +114,8 @@ pub fn optimum_page(model: &Model, found: &Found, scene: &str, command: &str) ->
     html
 }
 
-fn push_charts(html: &mut String, charts: &[Chart]) {
+/// Charts beside one another, as far as there is room.
+pub(crate) fn push_charts(html: &mut String, charts: &[Chart]) {
     html.push_str("<div class=\"charts\">\n");
     charts.iter().for_each(|chart| html.push_str(&figure(chart, "")));
     html.push_str("</div>\n");
@@ -167,18 +170,26 @@ fn push_cost(html: &mut String, own: &OptimumReport) {
     push_grid(html, &["term", "value", "share"], rows.chain(sum));
 }
 
+/// Prices below this part of the largest are what a method leaves of a bound that is not active.
+const NO_PRICE: f64 = 1e-9;
+
 fn push_conditions(html: &mut String, own: &OptimumReport) {
     if own.conditions.is_empty() {
         return;
     }
     html.push_str("<h2 id=\"conditions\">Conditions</h2>\n");
+    let dearest = own.conditions.iter().fold(0.0_f64, |most, own| most.max(own.price.abs()));
+    let price = |price: f64| match price.abs() <= NO_PRICE * dearest {
+        true => "0".to_owned(),
+        false => rounded(price, 6),
+    };
     let row = |own: &holonom_sim::optimize::ConditionMet| {
         let violation = match own.violation {
             0.0 => "0".to_owned(),
             beyond => format!("{beyond:.1e}"),
         };
         let value = rounded(own.value, 12);
-        [own.name.clone(), value, bound(own.min), bound(own.max), violation, rounded(own.price, 6)]
+        [own.name.clone(), value, bound(own.min), bound(own.max), violation, price(own.price)]
     };
     let names = ["condition", "value", "least", "largest", "missed by", "price"];
     push_grid(html, &names, own.conditions.iter().map(row));

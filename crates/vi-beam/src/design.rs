@@ -78,15 +78,16 @@ pub enum ElementDesignError {
 
 /// An element with the derivatives of its numbers.
 #[derive(Clone, Debug)]
-struct Changed {
+pub(crate) struct Changed {
     index: usize,
     element: Element,
     law: Option<Helicoidal<Dual64>>, // None: mean directors
-    stiffness: Matrix6<Dual64>,
+    pub(crate) stiffness: Matrix6<Dual64>,
     viscosity: Matrix6<Dual64>,
     reference: Vector6<Dual64>,
-    mass: Matrix4<Dual64>, // m, of a mean section
-    slowness: Dual64,      // 1/ω²
+    pub(crate) mass: Matrix4<Dual64>,       // m, of a mean section
+    pub(crate) compliance: Matrix6<Dual64>, // C⁻¹ of it
+    slowness: Dual64,                       // 1/ω²
     bound: f64,
 }
 
@@ -127,10 +128,20 @@ impl Changed {
             }
         };
         let reference = element.reference.map(Dual64::from_re);
-        let mass = section.mass_matrix();
+        let (mass, compliance) = (section.mass_matrix(), section.compliance());
         let (slowness, bound) = (Dual64::from_re(0.0), change.bound);
-        let mut own =
-            Self { index, element, law, stiffness, viscosity, reference, mass, slowness, bound };
+        let mut own = Self {
+            index,
+            element,
+            law,
+            stiffness,
+            viscosity,
+            reference,
+            mass,
+            compliance,
+            slowness,
+            bound,
+        };
         if let Some(rest) = &change.rest {
             let x = own.element.coordinates(q);
             let stretch = own.reference;
@@ -150,22 +161,31 @@ impl Changed {
     }
 
     /// `ε(x)`.
-    fn strain(&self, q: &[f64]) -> Vector6<Dual64> {
+    pub(crate) fn strain(&self, q: &[f64]) -> Vector6<Dual64> {
         self.strain_from(&self.element.coordinates(q), &self.reference)
     }
 
     /// `out ← out + (Σ n_i ∇ε_i)_θ`.
     fn add(&self, q: &[f64], n: &Vector6<Dual64>, out: &mut [f64]) {
-        let (x, length) = (self.element.coordinates(q), self.element.length);
-        let force = match &self.law {
-            None => strain::force(&x, length, &slopes(n)),
-            Some(law) => {
-                let at = law.at(&helicoidal::forms(&x, length), &self.reference);
-                let by_forms = at.by_helix(&slopes(&at.on_helix(n)));
-                helicoidal::force(&x, length, &by_forms.transpose())
-            }
-        };
+        let force = self.force_change(&self.element.coordinates(q), n);
         self.element.scatter(&force, out);
+    }
+
+    /// `(Σ n_i ∇ε_i)_θ`.
+    pub(crate) fn force_change(
+        &self,
+        x: &ElementCoordinates,
+        n: &Vector6<Dual64>,
+    ) -> ElementCoordinates {
+        let length = self.element.length;
+        match &self.law {
+            None => strain::force(x, length, &slopes(n)),
+            Some(law) => {
+                let at = law.at(&helicoidal::forms(x, length), &self.reference);
+                let by_forms = at.by_helix(&slopes(&at.on_helix(n)));
+                helicoidal::force(x, length, &by_forms.transpose())
+            }
+        }
     }
 
     /// `∇ε_i·v` of an element that is free of stress at `x`.
@@ -279,6 +299,11 @@ impl ElementsTangent {
         let dissipation = dissipates.then(|| StrainDissipation::new(model));
         let averaged = model.averaged(rule.strains, q);
         Ok(Self { elements, masses, rule, averaged, dissipation })
+    }
+
+    /// How an element changes at the coordinates `q` that its nodes keep; `None` where it does not.
+    pub(crate) fn changed(&self, element: usize) -> Option<&Changed> {
+        self.elements.iter().find(|own| own.index == element)
     }
 
     /// `M_θ` of elements between `φ, d_1, d_2, d_3` of both nodes, by the first one of them.

@@ -303,12 +303,13 @@ impl<T: Number> Helicoidal<T> {
 }
 
 impl Helicoidal {
-    /// The triad half-way between the nodes of `x`, from the mean of their triads, whose stretch is
-    /// `cos(ψ/2)` across the axis of `ψ`.
-    pub(crate) fn middle(&self, x: &ElementCoordinates, mean: &Matrix3<f64>) -> Matrix3<f64> {
-        let y = forms(x, self.length);
-        let (a, c) = (Vector3::new(y[3], y[4], y[5]), (1.0 - y[6]).sqrt());
-        mean * (Matrix3::identity() / c - a * a.transpose() / (4.0 * c * c * c * (1.0 + c)))
+    /// The triad half-way between the nodes with the forms `y`, from the mean of their triads,
+    /// whose stretch is `cos(ψ/2)` across the axis of `ψ`.
+    pub(crate) fn middle<T: Number>(mean: &Matrix3<T>, y: &SVector<T, FORMS>) -> Matrix3<T> {
+        let one = T::of(1.0);
+        let (a, c) = (Vector3::new(y[3], y[4], y[5]), (one - y[6]).sqrt());
+        let across = a * a.transpose() / (T::of(4.0) * c * c * c * (one + c));
+        mean * (Matrix3::identity() / c - across)
     }
 
     /// `∂̄η`: the derivative between `y_0` and `y_1` whose product with their difference is that of

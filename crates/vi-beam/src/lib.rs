@@ -20,6 +20,7 @@
 //! | [`model`] | beams, bodies, joints as one mechanism |
 //! | [`frequency`] | a bound of the highest frequency |
 //! | [`section_force`] | section forces, centre line |
+//! | [`section_slopes`] | their derivatives |
 //!
 //! | type | is |
 //! |---|---|
@@ -55,6 +56,7 @@ pub mod profile;
 pub mod rest;
 pub mod section;
 pub mod section_force;
+pub mod section_slopes;
 mod section_state;
 mod small;
 pub mod strain;

@@ -25,11 +25,14 @@
 #![allow(non_snake_case)] // R, G, K, M
 
 use crate::element::{Element, ElementKind, StrainLaw};
-use crate::helicoidal::{join, split};
+use crate::helicoidal::{FORMS, Helicoidal, forms, join, split};
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
-use nalgebra::Vector3;
+use crate::small::times;
+use crate::strain::SIZE;
+use nalgebra::{Matrix3, Matrix4, SVector, Vector3, Vector6};
+use vi_core::Number;
 use vi_rigid::directors::{self, center};
 use vi_rigid::load::{Load, Wrench};
 use vi_rigid::rotation;
@@ -83,32 +86,54 @@ pub struct BeamLoad {
     pub load: Load,
 }
 
+/// The mean of both nodes of an element among numbers of all frames.
+pub(crate) fn mean(element: &Element, all: &[f64]) -> [f64; 12] {
+    let [a, b] = element.starts();
+    std::array::from_fn(|i| 0.5 * (all[a + i] + all[b + i]))
+}
+
 impl LineLoads<'_> {
+    /// `u` of an element.
+    pub(crate) fn motion(&self, element: &Element) -> [f64; 12] {
+        let still = self.acceleration.is_empty();
+        let mut u = if still { [0.0; 12] } else { mean(element, self.acceleration) };
+        (0..3).for_each(|i| u[i] -= self.gravity[i]);
+        u
+    }
+}
+
+/// What acts along an element, at its frame.
+pub(crate) struct Acting<'a, T: Number> {
+    pub(crate) element: &'a Element,
+    /// `m` of the section.
+    pub(crate) mass: Matrix4<T>,
+    /// `(φ, d_1, d_2, d_3)` half-way between the nodes.
+    pub(crate) frame: [T; 12],
+    /// `u`.
+    pub(crate) motion: [T; 12],
+    /// Loads: place, force, torque, spatial.
+    pub(crate) loads: Vec<(Option<f64>, [Vector3<T>; 2])>,
+}
+
+/// Vector `i` of four.
+fn vector<T: Number>(all: &[T; 12], i: usize) -> Vector3<T> {
+    Vector3::new(all[3 * i], all[3 * i + 1], all[3 * i + 2])
+}
+
+impl<T: Number> Acting<'_, T> {
     /// What it adds to `n` and `m`, spatial, at the distance `s` from the middle of an element
     /// with the slope `φ'`, m.
-    fn at(
-        &self,
-        (model, element): (&BeamElements, &Element),
-        q: &[f64],
-        (s, slope): (f64, &Vector3<f64>),
-    ) -> Wrench {
-        let mean = |all: &[f64]| -> [f64; 12] {
-            let [a, b] = element.nodes.map(|node| 12 * node);
-            std::array::from_fn(|i| 0.5 * (all[a + i] + all[b + i]))
+    fn at(&self, s: f64, slope: &Vector3<T>) -> [Vector3<T>; 2] {
+        let (length, bends) = (self.element.length, self.element.bends_within());
+        let inertia = |i: usize| -> Vector3<T> {
+            let part = |j: usize| vector(&self.motion, j) * self.mass[(i, j)];
+            (0..4).map(part).fold(Vector3::zeros(), |sum, own| sum + own)
         };
-        let (length, frame) = (element.length, mean(q));
-        let bends = element.bends_within();
-        let mut u = if self.acceleration.is_empty() { [0.0; 12] } else { mean(self.acceleration) };
-        (0..3).for_each(|i| u[i] -= self.gravity[i]);
-        let M = model.elements.section(element).mass_matrix();
-        let inertia = |i: usize| -> Vector3<f64> {
-            (0..4).map(|j| M[(i, j)] * Vector3::from_column_slice(&u[3 * j..3 * j + 3])).sum()
-        };
-        let spin = |i: usize| directors::director(&frame, i).cross(&inertia(i + 1));
-        let (mut f, mut c) = (-inertia(0), -(0..3).map(spin).sum::<Vector3<f64>>());
+        let spin = |i: usize| vector(&self.frame, i + 1).cross(&inertia(i + 1));
+        let spins = (0..3).map(spin).fold(Vector3::zeros(), |sum, own| sum + own);
+        let (mut f, mut c) = (-inertia(0), -spins);
         let (mut n, mut m) = (Vector3::zeros(), Vector3::zeros());
-        for BeamLoad { place, load } in self.loads {
-            let Wrench { force, torque } = load.wrench(self.t, &frame);
+        for (place, [force, torque]) in &self.loads {
             let Some(place) = place else {
                 (f, c) = (f + force, c + torque);
                 continue;
@@ -117,13 +142,55 @@ impl LineLoads<'_> {
             let bend = if bends { 0.5 * (0.25 - xi * xi) * length } else { 0.0 };
             let weight = 0.5 - xi - f64::from(u8::from(beyond));
             let lever = bend - (0.5 - xi) * (s + 0.5 * length) + (s - place).max(0.0);
-            n += weight * force;
-            m += weight * torque + lever * slope.cross(&force);
+            n += times(weight, force);
+            m += times(weight, torque) + times(lever, &slope.cross(force));
         }
         let held = if bends { 1.0 / 12.0 } else { 0.25 };
-        n -= s * f;
-        m += 0.5 * (s * s - held * length * length) * slope.cross(&f) - s * c;
-        Wrench { force: n, torque: m }
+        n -= times(s, &f);
+        m += times(0.5 * (s * s - held * length * length), &slope.cross(&f)) - times(s, &c);
+        [n, m]
+    }
+}
+
+/// A helicoidal element in equilibrium.
+pub(crate) struct Within<T: Number> {
+    /// `φ, d_I` of both nodes.
+    pub(crate) ends: [[T; 12]; 2],
+    /// `ℓ Σ σ_i ∇ε_i`.
+    pub(crate) forces: SVector<T, SIZE>,
+    /// `y`, of the triad half-way between the nodes.
+    pub(crate) forms: SVector<T, FORMS>,
+    /// `(G, K)`.
+    pub(crate) helix: [Vector3<T>; 2],
+    /// `exp(s K̂)`.
+    pub(crate) turn: Matrix3<T>,
+}
+
+impl<T: Number> Within<T> {
+    /// `φ − φ̄`, the triad, `N` and `M` at the distance `s` from the middle.
+    pub(crate) fn at(
+        &self,
+        s: f64,
+        length: f64,
+        acting: Option<&Acting<'_, T>>,
+    ) -> (Vector3<T>, Matrix3<T>, Vector6<T>) {
+        let Self { ends, forces, forms, helix: [G, K], turn } = self;
+        let part = |k: usize| -> Vector3<T> { forces.fixed_rows::<3>(k).into() };
+        let torque = |node: usize| -> Vector3<T> {
+            let own = |i: usize| vector(&ends[node], i + 1).cross(&part(12 * node + 3 + 3 * i));
+            (0..3).map(own).fold(Vector3::zeros(), |sum, own| sum + own)
+        };
+        let triad = |end: &[T; 12]| Matrix3::from_columns(&[1, 2, 3].map(|i| vector(end, i)));
+        let mean = times(0.5, &(triad(&ends[0]) + triad(&ends[1])));
+        let middle = Helicoidal::middle(&mean, forms);
+        let R = middle * turn;
+        let slope = (vector(&ends[1], 0) - vector(&ends[0], 0)) / T::of(length);
+        let bent = middle * K.cross(G);
+        let arc = times(s, &slope) + times(0.5 * (s * s - 0.25 * length * length), &bent);
+        let [f, c] = acting.map_or_else(|| [Vector3::zeros(); 2], |own| own.at(s, &slope));
+        let n = part(12) + f;
+        let m = times(0.5, &(torque(1) - torque(0))) - arc.cross(&part(12)) + c;
+        (arc, R, join(&R.tr_mul(&n), &R.tr_mul(&m)))
     }
 }
 
@@ -142,29 +209,36 @@ fn station(
     let stress = model.elements.stress(element, &strain);
     let ends = element.nodes.map(|node| &q[12 * node..12 * node + 12]);
     let point = 0.5 * (center(ends[0]) + center(ends[1]));
-    let mean = 0.5 * (directors::triad(ends[0]) + directors::triad(ends[1]));
     let length = element.length;
-    let StrainLaw::Helicoidal(law) = &element.law else {
+    let StrainLaw::Helicoidal(_) = &element.law else {
+        let mean = 0.5 * (directors::triad(ends[0]) + directors::triad(ends[1]));
         let (along, directors) = (0.5 * length, std::array::from_fn(|i| mean.column(i).into()));
         return Station { along, length, point, directors, strain, stress };
     };
-    let forces = at.force(&(length * stress));
-    let part = |k: usize| -> Vector3<f64> { forces.fixed_rows::<3>(k).into() };
-    let torque = |node: usize| -> Vector3<f64> {
-        let own = |i: usize| directors::director(ends[node], i).cross(&part(12 * node + 3 + 3 * i));
-        (0..3).map(own).sum()
-    };
     let s = place.map_or(0.0, |(s, _)| s);
     let (G, K) = split(&element.measures(&x));
-    let middle = law.middle(&x, &mean);
-    let R = middle * rotation::exp(&(s * K));
-    let slope = (center(ends[1]) - center(ends[0])) / length;
-    let arc = s * slope + 0.5 * (s * s - 0.25 * length * length) * (middle * K.cross(&G)); // φ − φ̄
-    let own = place.map(|(s, loads)| loads.at((model, element), q, (s, &slope)));
-    let (f, c) = own.map_or_else(Default::default, |own| (own.force, own.torque));
-    let n = part(12) + f;
-    let m = 0.5 * (torque(1) - torque(0)) - arc.cross(&part(12)) + c;
-    let stress = join(&R.tr_mul(&n), &R.tr_mul(&m));
+    let own = Within {
+        ends: ends.map(|end| std::array::from_fn(|i| end[i])),
+        forces: at.force(&(length * stress)),
+        forms: forms(&x, length),
+        helix: [G, K],
+        turn: rotation::exp(&(s * K)),
+    };
+    let acting = place.map(|(_, loads)| {
+        let frame = mean(element, q);
+        let load = |BeamLoad { place, load }: &BeamLoad| {
+            let Wrench { force, torque } = load.wrench(loads.t, &frame);
+            (*place, [force, torque])
+        };
+        Acting {
+            element,
+            mass: model.elements.section(element).mass_matrix(),
+            motion: loads.motion(element),
+            loads: loads.loads.iter().map(load).collect(),
+            frame,
+        }
+    });
+    let (arc, R, stress) = own.at(s, length, acting.as_ref());
     let mut own = model.elements.section(element).compliance_matrix() * stress;
     if element.is_slack(&strain) {
         own[2] = strain[2]; // there is no force along it
@@ -237,6 +311,13 @@ impl SectionPlace {
         let place = along.map(|along| along - middle);
         let inside = place.is_none_or(|place| place.abs() <= 0.5 * length);
         inside.then_some(BeamLoad { place, load })
+    }
+
+    /// The elements that count, with their weights, and the distance from the middle of the one
+    /// element within which it is.
+    pub(crate) fn parts(&self) -> (impl Iterator<Item = (usize, f64)>, Option<f64>) {
+        let weights = self.weights.iter().copied();
+        (self.part.elements.clone().zip(weights), self.off.as_ref().map(|off| off.s))
     }
 
     /// A quantity of a section there, in the configuration `q`.

@@ -17,8 +17,9 @@ pub enum Place<'a> {
     Step(&'a Interval),
     /// A Gauss node of a Galerkin step: `D_1 L_d + f_d^-` and `D_2 L_d + f_d^+` of a step whose
     /// ends have come together, `∓M V + (h/2)(f − ∇V)(t, Q, V)`. Both ends of the interval and its
-    /// middle are `Q`, its velocity is `V`, its middle in time is `t`.
-    Gauss(&'a Interval),
+    /// middle are `Q`, its velocity is `V`, its middle in time is `t`. With the weight `b_k` of the
+    /// node, by which these equations are still to be multiplied.
+    Gauss(&'a Interval, f64),
     /// Neighbouring control points `(q_i, q_{i+1})` of a Galerkin step: constraints alone.
     Points(&'a Interval),
 }
@@ -28,7 +29,7 @@ impl<'a> Place<'a> {
     #[must_use]
     pub fn interval(self) -> &'a Interval {
         match self {
-            Self::Step(s) | Self::Gauss(s) | Self::Points(s) => s,
+            Self::Step(s) | Self::Gauss(s, _) | Self::Points(s) => s,
         }
     }
 
@@ -41,7 +42,7 @@ impl<'a> Place<'a> {
     /// Whether constraints count.
     #[must_use]
     pub fn has_rows(self) -> bool {
-        !matches!(self, Self::Gauss(_))
+        !matches!(self, Self::Gauss(..))
     }
 }
 
@@ -69,8 +70,8 @@ pub trait Design {
     );
 
     /// Along parameter `k`: `out += ζ_θ` of the internal variables `z' = ζ(q, q', z)`, shape of all
-    /// of them.
-    fn add_internal(&self, _k: usize, _s: &Interval, _out: &mut [f64]) {}
+    /// of them; of a Galerkin step the sum over its Gauss nodes.
+    fn add_internal(&self, _k: usize, _at: Place<'_>, _out: &mut [f64]) {}
 
     /// Number of sums over the steps that the derivatives by all parameters are made of: what
     /// several parameters share is summed once.
@@ -82,7 +83,7 @@ pub trait Design {
 
     /// Adds what internal variables add to those of a step: where each parameter has its own,
     /// `sums_k += ζ_θ·y'`; `y'`: their costates at its end.
-    fn add_internal_adjoint(&self, _s: &Interval, _y: &[f64], _sums: &mut [f64]) {}
+    fn add_internal_adjoint(&self, _at: Place<'_>, _y: &[f64], _sums: &mut [f64]) {}
 
     /// Of all parameters at once: adds the derivatives that the sums over all steps make; `out`:
     /// shape [`Design::len`].

@@ -7,6 +7,7 @@
 //! ```
 
 use crate::objective::{Known, Objective, Place};
+use vi_constraints::linearization::Costate;
 use vi_core::linear::dot;
 use vi_core::state::State;
 
@@ -14,24 +15,23 @@ use vi_core::state::State;
 #[derive(Debug)]
 pub(crate) struct NodeForces {
     pub(crate) cost: f64,
-    pub(crate) by_step: f64,         // by the length of all steps, times it
-    pub(crate) q: Vec<f64>,          // n
-    pub(crate) p: Vec<f64>,          // n
-    pub(crate) by_force: Vec<f64>,   // n  of the first and the last node, by forces there
+    pub(crate) by_step: f64, // by the length of all steps, times it
+    pub(crate) own: Costate,
+    pub(crate) by_force: Vec<f64>, // n  of the first and the last node, by forces there
     pub(crate) neighbours: Vec<f64>, // n  by the nodes on both sides
-    lambda: Vec<f64>,                // m
+    lambda: Vec<f64>,              // m
 }
 
 impl NodeForces {
-    pub(crate) fn zero(n: usize, m: usize) -> Self {
-        let [q, p, by_force, neighbours] = [(); 4].map(|()| vec![0.0; n]);
-        Self { cost: 0.0, by_step: 0.0, q, p, by_force, neighbours, lambda: vec![0.0; m] }
+    pub(crate) fn zero(n: usize, m: usize, internal: usize) -> Self {
+        let [by_force, neighbours] = [(); 2].map(|()| vec![0.0; n]);
+        let (own, lambda) = (Costate::zero(n, internal), vec![0.0; m]);
+        Self { cost: 0.0, by_step: 0.0, own, by_force, neighbours, lambda }
     }
 
     pub(crate) fn clear(&mut self) {
         (self.cost, self.by_step) = (0.0, 0.0);
-        self.q.fill(0.0);
-        self.p.fill(0.0);
+        self.own.clear();
         self.by_force.fill(0.0);
         self.neighbours.fill(0.0);
     }
@@ -45,9 +45,9 @@ impl NodeForces {
         parameters: &mut [f64],
         by_impulse: &mut [f64],
     ) {
-        let Self { cost, by_step, q, p, lambda, .. } = self;
+        let Self { cost, by_step, own: of_state, lambda, .. } = self;
         lambda.iter_mut().zip(impulse).for_each(|(lambda, impulse)| *lambda = impulse / h);
-        let (slopes, known) = ([&mut q[..], p, &mut *by_impulse], Known::Multipliers(lambda));
+        let (slopes, known) = ((of_state, &mut *by_impulse), Known::Multipliers(lambda));
         let [own, along] = objective.forces().add_of((node, known), at, slopes, parameters);
         *cost += own;
         *by_step += along; // the sources of a step are those at fixed λ
@@ -62,14 +62,14 @@ impl NodeForces {
         (increments, h): ([&[f64]; 2], f64),
         parameters: &mut [f64],
     ) {
-        let Self { cost, by_step, q, p, neighbours, .. } = self;
+        let Self { cost, by_step, own: of_state, neighbours, .. } = self;
         let a = acceleration(increments, h);
-        let (slopes, known) = ([&mut q[..], p, &mut *neighbours], Known::Acceleration(&a));
+        let (slopes, known) = ((&mut *of_state, &mut neighbours[..]), Known::Acceleration(&a));
         let [own, along] = objective.accelerations().add_of((node, known), at, slopes, parameters);
         *cost += own;
         *by_step += along - 2.0 * dot(&a, neighbours);
         neighbours.iter_mut().for_each(|by| *by /= h * h);
-        q.iter_mut().zip(&*neighbours).for_each(|(q, by)| *q -= 2.0 * by);
+        of_state.q.iter_mut().zip(&*neighbours).for_each(|(q, by)| *q -= 2.0 * by);
     }
 
     /// Of the first or the last node, with the acceleration level.
@@ -79,10 +79,10 @@ impl NodeForces {
         (node, at): (&State, Place),
         parameters: &mut [f64],
     ) {
-        let Self { cost, by_step, q, p, by_force, .. } = self;
+        let Self { cost, by_step, own: of_state, by_force, .. } = self;
         let forces = (!at.is_last).then_some(objective.forces()); // of the step from the last one
         for terms in forces.into_iter().chain([objective.accelerations()]) {
-            let slopes = [&mut q[..], p, by_force];
+            let slopes = (&mut *of_state, &mut by_force[..]);
             let [own, along] = terms.add_of((node, Known::State), at, slopes, parameters);
             (*cost, *by_step) = (*cost + own, *by_step + along);
         }

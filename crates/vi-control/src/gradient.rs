@@ -159,6 +159,22 @@ where
     }
 }
 
+/// Refuses derivatives by the length of the steps of what has internal variables.
+pub(crate) fn check_by_step<S, C>(
+    run: &Integrator<S, C>,
+    by_step: bool,
+) -> Result<(), GradientError>
+where
+    S: DiscreteLagrangian + 'static,
+    C: Constraints + 'static,
+{
+    let what = "internal variables, by the length of its steps,";
+    match by_step && run.system().internal_variables() > 0 {
+        true => Err(GradientError::NotDifferentiable { what }),
+        false => Ok(()),
+    }
+}
+
 impl Gradient {
     /// Runs from the present state and sweeps back; the run is at its last node then.
     ///
@@ -177,6 +193,7 @@ impl Gradient {
             state: size_of::<f64>() * 13 * n,
             step: Tape::size(n, stages, state.angles.len(), state.internal.len()),
         };
+        check_by_step(run, task.by_step)?;
         let levels = levels(task.checkpoints, task.steps, sizes);
         // where nodes cost, p̃ has to be a momentum of their velocity
         let counts_forces = task.objective.counts_forces();
@@ -202,7 +219,7 @@ impl Gradient {
             start: state.t,
             costates: fast.unwrap_or_else(general),
             settles: along == Tangents::OfMovedMechanism,
-            forces: NodeForces::zero(n, m),
+            forces: NodeForces::zero(n, m, state.internal.len()),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
@@ -249,7 +266,7 @@ where
 /// A node with the momentum that is held there.
 fn holding(node: &State, p: &[f64]) -> State {
     let own = State::new(node.t, node.q.clone(), p.to_vec());
-    State { angles: node.angles.clone(), ..own }
+    State { angles: node.angles.clone(), internal: node.internal.clone(), ..own }
 }
 
 /// Adds the derivatives of what node `k` of some in a row costs, with steps of equal length on both
@@ -265,7 +282,7 @@ fn add_node(
     let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
     let length = nodes[to].t - nodes[from].t;
     let weight = if at_end { 0.5 * length } else { length };
-    objective.add_of_node(node, weight, &mut costate.q, &mut costate.p);
+    objective.add_of_node(node, weight, costate);
     if task.design.is_some() {
         objective.add_parameters_of_node(node, weight, parameters);
     }
@@ -449,7 +466,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         }
         let (state, costate) = (run.state(), &mut self.costate);
         self.found.value += self.task.objective.of_end(state);
-        self.task.objective.add_of_end(state, &mut costate.q, &mut costate.p);
+        self.task.objective.add_of_end(state, costate);
         self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
         if costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);
@@ -476,8 +493,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         }
         found.value += forces.cost;
         self.by_step += forces.by_step;
-        add(&forces.q, &mut costate.q);
-        add(&forces.p, &mut costate.p);
+        costate.add(&forces.own);
     }
 
     /// Back over what is recorded.
@@ -537,9 +553,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             objective.add_of_step(s, controls.at(step), of_step);
         }
         add(&of_step.end, &mut costate.q);
-        if let Some(design) = design.filter(|_| !costate.z.is_empty()) {
-            design.add_internal_adjoint(s, &costate.z, sums);
-        }
+        let of_internal = costate.z.clone(); // y'
         let counts_steps = objective.counts_steps();
         let node = node.filter(|_| counts_steps);
         if counts_steps {
@@ -580,8 +594,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if counts_steps {
             found.value += forces.cost;
             self.by_step += forces.by_step;
-            add(&forces.q, &mut costate.q);
-            add(&forces.p, &mut costate.p);
+            costate.add(&forces.own);
         }
         if counts_steps && is_counted {
             add(&self.carried, &mut costate.q);
@@ -609,6 +622,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             if let Some(design) = design {
                 design.add_adjoint(at, impulse, costates, sums); // [2.40]
+                if !of_internal.is_empty() {
+                    design.add_internal_adjoint(at, &of_internal, sums);
+                }
             }
             if by_step {
                 let at = (at, self.start);
@@ -654,7 +670,7 @@ pub(crate) fn step_sources(
             let mut transposed = Block { into, row: 0, column: 0, scale: -1.0, transposed: true };
             constraints.jacobian(s.t, &s.q0, &mut transposed); // −Gᵀ hλ
         }
-        Place::Gauss(s) => {
+        Place::Gauss(s, _) => {
             system.gauss_step_slope(s.mid(), &s.v_mid, s.h, change, minus)?;
             minus.iter_mut().zip(&mut *plus).for_each(|(minus, plus)| {
                 *minus *= 0.5;

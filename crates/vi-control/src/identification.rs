@@ -22,7 +22,7 @@ use crate::terminal_rate::{Level, NodeReader};
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::design::Design;
-use vi_constraints::linearization::Tangent;
+use vi_constraints::linearization::{Costate, Tangent};
 use vi_core::linear::dot;
 use vi_core::{Configuration, MechanicalSystem, State};
 use vi_multibody::design::MechanismTangent;
@@ -368,7 +368,7 @@ impl Found<'_> {
         &self,
         y: &dyn NodeQuantity,
         weight: f64,
-        [of_q, of_v, of_lambda]: [&mut Vec<f64>; 3],
+        [of_q, of_v, of_lambda, of_z]: [&mut Vec<f64>; 4],
         mut change: impl FnMut(usize, f64),
     ) -> f64 {
         let Self { at, v, .. } = *self;
@@ -377,13 +377,16 @@ impl Found<'_> {
         let lambda = self.forces.map_or(&[][..], |own| &own.lambda);
         of_lambda.clear();
         of_lambda.resize(lambda.len(), 0.0);
+        of_z.clear();
+        of_z.resize(at.internal.len(), 0.0);
         let node = Node { lambda, ..Node::moving(at, v) };
-        let out = Slopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [] };
+        let out = Slopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [], z: of_z };
         y.add_slopes(node, weight, out);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, node));
             let by_forces = self.forces.map_or(0.0, |own| dot(of_lambda, &own.changes[j]));
-            let moving = dot(of_q, &own.q) + dot(of_v, &self.changes[j]);
+            let by_velocity = self.changes.get(j).map_or(0.0, |change| dot(of_v, change));
+            let moving = dot(of_q, &own.q) + by_velocity + dot(of_z, &own.z);
             change(j, moving + by_forces + weight * moved);
         }
         weight * y.value(node)
@@ -398,19 +401,20 @@ impl Found<'_> {
         parameters: usize,
         mut change: impl FnMut(usize, f64),
     ) -> f64 {
-        let [mut q, mut p, mut by_a] = [(); 3].map(|()| vec![0.0; state.q.len()]);
+        let mut by = Costate::zero(state.q.len(), state.internal.len());
+        let mut by_a = vec![0.0; state.q.len()];
         let mut moved = vec![0.0; parameters];
         let acceleration = self.acceleration.filter(|_| y.reads().accelerations);
         let (known, of_known) = match acceleration {
             Some(own) => (Known::Acceleration(&own.dq), &mut by_a[..]),
             None => (Known::State, &mut [][..]),
         };
-        let slopes = [&mut q[..], &mut p, of_known];
+        let slopes = (&mut by, of_known);
         let value = reader.add_slopes((y, &|_| weight), (state, known), slopes, &mut moved);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| moved[k]);
             let bent = acceleration.map_or(0.0, |own| dot(&by_a, &own.changes[j]));
-            change(j, dot(&q, &own.q) + dot(&p, &own.p) + bent + moved);
+            change(j, by.along(own) + bent + moved);
         }
         weight * value
     }
@@ -435,7 +439,11 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             Sensitivities::new(&trial.run, trial.step, directions.clone()).map_err(refused)?;
         let shares = self.shares(&trial.quantities, trial.step);
         let mut velocities = None;
-        if shares.iter().any(|own| own.weights[1] != 0.0) {
+        let moves = |own: &Share| match &trial.quantities[self.series[own.series].sensor] {
+            Measurable::Configuration(_) => own.weights[1] != 0.0,
+            Measurable::Node(of) => own.weights[1] != 0.0 && of.reads_velocity(),
+        };
+        if shares.iter().any(moves) {
             velocities = Some(Velocities::of(&trial)?);
         }
         let measured = self.series.iter().flat_map(|own| own.values.iter().map(|y| -y / own.sigma));
@@ -452,7 +460,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let reader = level.map(|own| NodeReader::new(&trial.run, &trial.tangents, Some(own)));
         let objective = Objective::default();
         let mut slope = vec![0.0; trial.run.state().q.len()];
-        let (mut of_v, mut of_lambda) = (slope.clone(), Vec::new());
+        let (mut of_v, mut of_lambda, mut of_z) = (slope.clone(), Vec::new(), Vec::new());
         let mut reached = 0;
         let follow = |trial: &Trial, seen| {
             let node = trial.run.state().configuration();
@@ -475,7 +483,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             let of_step = |own: &Share| {
                 let reads = trial.quantities[self.series[own.series].sensor].reads();
                 let is_known = match reads {
-                    Reads { forces: true, accelerations } => !accelerations,
+                    Reads { forces: true, accelerations, .. } => !accelerations,
                     Reads { accelerations, .. } => accelerations && reached < trial.steps,
                 };
                 is_known && reached > 0 && !trial.run.reads_states()
@@ -527,7 +535,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                         found.of_level(own, share.weights[1], parameters, change)
                     }
                     Measurable::Node(own) => {
-                        let slopes = [&mut slope, &mut of_v, &mut of_lambda];
+                        let slopes = [&mut slope, &mut of_v, &mut of_lambda, &mut of_z];
                         let value = found.of_node(&**own, share.weights[1], slopes, change);
                         if own.reads().forces {
                             tangents.check_forces(&trial.run, &of_lambda).map_err(refused)?;

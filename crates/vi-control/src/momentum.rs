@@ -10,6 +10,7 @@
 
 use crate::objective::Term;
 use nalgebra::Vector3;
+use vi_constraints::linearization::Costate;
 use vi_core::State;
 use vi_multibody::design::MechanismTangent;
 use vi_multibody::joint::Side;
@@ -162,8 +163,9 @@ impl Term for TerminalMomentum {
         0.5 * all.iter().map(|own| own.slide * own.slide + own.turn * own.turn).sum::<f64>()
     }
 
-    fn add_of_end(&self, end: &State, scale: f64, out: &mut [f64], by_p: &mut [f64]) {
+    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
         let (q, p) = (&end.q, &end.p);
+        let Costate { q: out, p: by_p, .. } = out;
         let all = self.motions(q, p);
         for (k, link) in self.links.iter().enumerate() {
             let Motion { velocity, spin, force, torque, slide, turn } = all[k];

@@ -40,13 +40,15 @@ pub struct Slopes<'a> {
     pub lambda: &'a mut [f64],
     /// By `a`, shape `n`, or empty as that of the node.
     pub a: &'a mut [f64],
+    /// By the internal variables, shape of those of the node.
+    pub z: &'a mut [f64],
 }
 
 impl Slopes<'_> {
     /// The same for a while.
     pub fn again(&mut self) -> Slopes<'_> {
-        let Self { q, v, lambda, a } = self;
-        Slopes { q, v, lambda, a }
+        let Self { q, v, lambda, a, z } = self;
+        Slopes { q, v, lambda, a, z }
     }
 }
 
@@ -57,6 +59,8 @@ pub struct Reads {
     pub forces: bool,
     /// `a`.
     pub accelerations: bool,
+    /// Internal variables.
+    pub internal: bool,
 }
 
 impl Reads {
@@ -66,10 +70,11 @@ impl Reads {
         Self {
             forces: self.forces || other.forces,
             accelerations: self.accelerations || other.accelerations,
+            internal: self.internal || other.internal,
         }
     }
 
-    /// Whether anything is read.
+    /// Whether multipliers or accelerations are.
     #[must_use]
     pub fn any(self) -> bool {
         self.forces || self.accelerations

@@ -7,6 +7,7 @@
 //! ```
 //! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
+use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
 use vi_core::{Configuration, State};
 use vi_multibody::form::{Form, Row};
@@ -54,8 +55,8 @@ pub trait Term: Send + Sync {
     fn of_end(&self, _end: &State) -> f64 {
         0.0
     }
-    /// Adds `scale` times its derivatives by `q_N` and `p̄_N`.
-    fn add_of_end(&self, _end: &State, _scale: f64, _q: &mut [f64], _p: &mut [f64]) {}
+    /// Adds `scale` times its derivatives by `q_N`, `p̄_N` and the internal variables there.
+    fn add_of_end(&self, _end: &State, _scale: f64, _out: &mut Costate) {}
     /// Adds `scale` times its explicit derivatives by parameters, of a (sub-)step.
     fn add_parameters_of_step(
         &self,
@@ -87,14 +88,14 @@ pub enum Known<'a> {
 pub trait StepTerm: Term {
     /// What a node costs.
     fn of_node(&self, node: &State, known: Known<'_>) -> f64;
-    /// Adds `scale` times its derivatives by `q`, by `p̄` and by what is known, and the explicit
-    /// ones by parameters. Where that is the state alone, by forces on the coordinates in its
-    /// place, shape `n`, or not where that is empty. Returns what the node costs.
+    /// Adds `scale` times its derivatives by the state and by what is known, and the explicit ones
+    /// by parameters. Where that is the state alone, by forces on the coordinates in its place,
+    /// shape `n`, or not where that is empty. Returns what the node costs.
     fn add_of_node(
         &self,
         node: (&State, Known<'_>),
         scale: f64,
-        slopes: [&mut [f64]; 3],
+        slopes: (&mut Costate, &mut [f64]),
         parameters: &mut [f64],
     ) -> f64;
 }
@@ -137,12 +138,12 @@ impl StepTerms {
         &self,
         node: (&State, Known<'_>),
         at: Place,
-        [q, p, of_known]: [&mut [f64]; 3],
+        (of_state, of_known): (&mut Costate, &mut [f64]),
         parameters: &mut [f64],
     ) -> [f64; 2] {
         let mut sums = [0.0; 2];
         for (weights, term) in self.at(at) {
-            let slopes = [&mut *q, &mut *p, &mut *of_known];
+            let slopes = (&mut *of_state, &mut *of_known);
             let cost = term.add_of_node(node, weights[0], slopes, parameters);
             sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
         }
@@ -205,6 +206,10 @@ pub trait Quantity: Send + Sync {
     }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+    /// Whether it is continued: it has a value at the nodes of whole steps alone.
+    fn is_continued(&self) -> bool {
+        false
+    }
 }
 
 impl Quantity for JointCoordinate {
@@ -354,9 +359,9 @@ impl<Q: Quantity> Term for Terminal<Q> {
         let e = self.quantity.value(end.configuration()) - self.target;
         0.5 * e * e
     }
-    fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], _p: &mut [f64]) {
+    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
         let e = self.quantity.value(end.configuration()) - self.target;
-        self.quantity.add_slope(end.configuration(), scale * e, q);
+        self.quantity.add_slope(end.configuration(), scale * e, &mut out.q);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         let e = self.quantity.value(end.configuration()) - self.target;
@@ -378,8 +383,8 @@ impl<Q: Quantity> Term for Last<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.0.value(end.configuration())
     }
-    fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], _p: &mut [f64]) {
-        self.0.add_slope(end.configuration(), scale, q);
+    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
+        self.0.add_slope(end.configuration(), scale, &mut out.q);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         add_by_parameters(&self.0, end.configuration(), scale, out);
@@ -490,10 +495,10 @@ impl Objective {
         self.along.iter().map(|(weight, term)| weight * term.of_end(node)).sum()
     }
 
-    /// Adds `scale` times its derivatives by `q` and by `p̄`, or by another momentum of the same
-    /// velocity.
-    pub fn add_of_node(&self, node: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
-        self.along.iter().for_each(|(weight, term)| term.add_of_end(node, scale * weight, q, p));
+    /// Adds `scale` times its derivatives by `q`, by `p̄`, or another momentum of the same
+    /// velocity, and by the internal variables.
+    pub fn add_of_node(&self, node: &State, scale: f64, out: &mut Costate) {
+        self.along.iter().for_each(|(weight, term)| term.add_of_end(node, scale * weight, out));
     }
 
     /// Adds `scale` times its explicit derivatives by parameters.
@@ -532,9 +537,9 @@ impl Objective {
         self.terms.iter().map(|(weight, term)| weight * term.of_end(end)).sum()
     }
 
-    /// Adds its derivatives by `q_N` and `p̄_N`.
-    pub fn add_of_end(&self, end: &State, q: &mut [f64], p: &mut [f64]) {
-        self.terms.iter().for_each(|(weight, term)| term.add_of_end(end, *weight, q, p));
+    /// Adds its derivatives by `q_N`, `p̄_N` and the internal variables there.
+    pub fn add_of_end(&self, end: &State, out: &mut Costate) {
+        self.terms.iter().for_each(|(weight, term)| term.add_of_end(end, *weight, out));
     }
 }
 

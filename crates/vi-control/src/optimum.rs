@@ -51,9 +51,10 @@ pub enum Verdict {
     NotOptimal,
     /// A run of its controls is another motion.
     OtherMotion,
-    /// A body turns by more than 1 rad in a step: two turns have one momentum. More steps.
+    /// A body turns by more than 1 rad from a node to the next: two turns have one momentum. More
+    /// steps.
     TurnsTooFar {
-        /// The first step of them.
+        /// The step that it is of.
         step: usize,
         /// By how much, rad.
         turn: f64,
@@ -263,15 +264,17 @@ fn judged(
     }
 }
 
-/// The largest turn of a body in a step, rad, and the step.
+/// The largest turn of a body from a node to the next, rad, and the step.
 fn largest_turn(motion: &Motion) -> Option<(usize, f64)> {
-    let of_step = |(n, pair): (usize, &[Vec<f64>])| {
+    let nodes: Vec<&[f64]> = motion.all_nodes().collect();
+    let each = motion.within.first().map_or(1, |own| own.len() + 1);
+    let of_pair = |(k, pair): (usize, &[&[f64]])| {
         let triads = |q: &[f64]| -> Vec<_> { q.chunks_exact(12).map(directors::triad).collect() };
-        let turns = triads(&pair[0]).into_iter().zip(triads(&pair[1]));
+        let turns = triads(pair[0]).into_iter().zip(triads(pair[1]));
         let turn = |(from, to): (nalgebra::Matrix3<f64>, nalgebra::Matrix3<f64>)| {
             rotation::vector(&(to * from.transpose())).norm()
         };
-        (n, turns.map(turn).fold(0.0, f64::max))
+        (k / each, turns.map(turn).fold(0.0, f64::max))
     };
-    motion.nodes.windows(2).enumerate().map(of_step).max_by(|a, b| a.1.total_cmp(&b.1))
+    nodes.windows(2).enumerate().map(of_pair).max_by(|a, b| a.1.total_cmp(&b.1))
 }

@@ -5,6 +5,7 @@
 //! then each step is taken from the node of the optimum.
 
 use crate::transcription::Motion;
+use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
@@ -79,6 +80,37 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
     norm_inf(&a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>())
 }
 
+/// `p̄` at the end of a step of a motion, which starts at a state.
+fn end_momentum(
+    system: &impl DiscreteLagrangian,
+    start: &State,
+    motion: &Motion,
+    n: usize,
+) -> Vec<f64> {
+    let (t, h, mut p) = (start.t, motion.step, vec![0.0; start.p.len()]);
+    let [from, to] = [n, n + 1].map(|n| &motion.nodes[n]);
+    let within = &motion.within[n];
+    let interval = |t: f64, h: f64, from: &[f64], to: &[f64]| {
+        let mut s = Interval::between(t, h, from, to);
+        s.angles.clone_from(&start.angles);
+        s
+    };
+    if let Some(stages) = motion.method.stages() {
+        let nodes = within.iter().chain([to]);
+        let intervals: Vec<Interval> = nodes.map(|q| interval(t, h, from, q)).collect();
+        let mut points = ControlPoints::new(p.len(), stages);
+        points.take(&intervals, &start.p);
+        points.evaluate(system);
+        points.balance(system, stages.count(), &mut p); // [2.29]
+    } else {
+        let gammas = motion.method.composition().gammas();
+        let last = h * gammas[gammas.len() - 1];
+        let s = interval(t + h - last, last, within.last().unwrap_or(from), to);
+        system.forced_d2(&s, &mut p);
+    }
+    p
+}
+
 /// Largest deviation of steps from the nodes of the optimum, each with its momentum.
 fn by_steps<S, C>(
     run: &mut Integrator<S, C>,
@@ -101,10 +133,10 @@ where
         if deviation > worst || deviation.is_nan() {
             worst = deviation;
         }
-        let s = Interval::between(at.t, motion.step, &motion.nodes[n], &motion.nodes[n + 1]);
+        let p = end_momentum(run.system(), &at, motion, n);
         at = run.state().clone();
         at.q.copy_from_slice(&motion.nodes[n + 1]);
-        run.system().forced_d2(&s, &mut at.p); // p̄ of the optimum
+        at.p.copy_from_slice(&p); // p̄ of the optimum
     }
     worst
 }

@@ -16,12 +16,12 @@
 
 use crate::backward::acceleration;
 use crate::controls::Controls;
-use crate::gradient::{GradientError, check, step_sources};
+use crate::gradient::{GradientError, check, check_by_step, step_sources};
 use crate::objective::{Known, Objective, Place, Seen, StepGradient, StepTerms};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
-use vi_constraints::linearization::{LinearizationError, Sources, Tangent};
+use vi_constraints::linearization::{Costate, LinearizationError, Sources, Tangent};
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Slot;
@@ -154,6 +154,7 @@ impl Sensitivities {
         C: Constraints + 'static,
     {
         check(run)?;
+        check_by_step(run, directions.iter().any(|own| own.step))?;
         let (state, m) = (run.state(), run.constraints().len());
         let n = state.q.len();
         let parameters = directions.iter().filter_map(|own| own.parameter).max();
@@ -288,13 +289,13 @@ impl Sensitivities {
         self.find_forces(run, beside)?;
         let node = run.state();
         let NodeForces { lambda, changes, .. } = &self.forces;
-        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
+        let mut by = Costate::zero(node.q.len(), node.internal.len());
         let mut of_lambda = vec![0.0; lambda.len()];
-        let (slopes, known) = ([&mut q[..], &mut p, &mut of_lambda], Known::Multipliers(lambda));
+        let (slopes, known) = ((&mut by, &mut of_lambda[..]), Known::Multipliers(lambda));
         let parameters = &mut self.of_parameters;
         let [_, along] = objective.forces().add_of((node, known), at, slopes, parameters);
         for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += dot(&q, &own.q) + dot(&p, &own.p) + dot(&of_lambda, &changes[k]);
+            *rate += by.along(own) + dot(&of_lambda, &changes[k]);
             if self.directions[k].step {
                 *rate += along / self.length;
             }
@@ -304,14 +305,15 @@ impl Sensitivities {
 
     /// What a node costs by the acceleration level.
     fn add_level(&mut self, node: &State, beside: Beside<'_>, (terms, at): (&StepTerms, Place)) {
-        let [mut q, mut p, mut by_force] = [(); 3].map(|()| vec![0.0; node.q.len()]);
-        let slopes = [&mut q[..], &mut p, &mut by_force];
+        let mut by = Costate::zero(node.q.len(), node.internal.len());
+        let mut by_force = vec![0.0; node.q.len()];
+        let slopes = (&mut by, &mut by_force[..]);
         let parameters = &mut self.of_parameters;
         let [_, along] = terms.add_of((node, Known::State), at, slopes, parameters);
         let by_control = beside.controls.of_force(node.configuration(), &by_force);
         let place = beside.controls.place(self.step);
         for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += dot(&q, &own.q) + dot(&p, &own.p);
+            *rate += by.along(own);
             let acting = place.and_then(|place| self.directions[k].controls.get(place));
             *rate += acting.map_or(0.0, |own| dot(&by_control, own));
             if self.directions[k].step {
@@ -330,12 +332,13 @@ impl Sensitivities {
     ) {
         let a = self.before.acceleration(next, self.length);
         let at = Place { weight: self.length, is_last: false };
-        let [mut q, mut p, mut by_a] = [(); 3].map(|()| vec![0.0; node.q.len()]);
-        let (slopes, known) = ([&mut q[..], &mut p, &mut by_a], Known::Acceleration(&a.dq));
+        let mut by = Costate::zero(node.q.len(), node.internal.len());
+        let mut by_a = vec![0.0; node.q.len()];
+        let (slopes, known) = ((&mut by, &mut by_a[..]), Known::Acceleration(&a.dq));
         let parameters = &mut self.of_parameters;
         let [_, along] = objective.accelerations().add_of((node, known), at, slopes, parameters);
         for (k, (rate, own)) in self.rates.iter_mut().zip(tangents).enumerate() {
-            *rate += dot(&q, &own.q) + dot(&p, &own.p) + dot(&by_a, &a.changes[k]);
+            *rate += by.along(own) + dot(&by_a, &a.changes[k]);
             if self.directions[k].step {
                 *rate += (along - 2.0 * dot(&by_a, &a.dq)) / self.length;
             }
@@ -406,11 +409,11 @@ impl Sensitivities {
             return;
         }
         let half = 0.5 * self.length;
-        let [mut by_q, mut by_p] = [(); 2].map(|()| vec![0.0; node.q.len()]);
-        objective.add_of_node(node, half, &mut by_q, &mut by_p);
+        let mut by = Costate::zero(node.q.len(), node.internal.len());
+        objective.add_of_node(node, half, &mut by);
         let all = self.rates.iter_mut().zip(&self.tangents).zip(&self.directions);
         for ((rate, own), direction) in all {
-            *rate += dot(&by_q, &own.q) + dot(&by_p, &own.p);
+            *rate += by.along(own);
             if direction.step {
                 *rate += 0.5 * objective.of_node(node);
             }
@@ -479,8 +482,15 @@ impl Sensitivities {
                 own.impulse_change(s.h, change);
                 change.iter_mut().for_each(|change| *change /= s.h); // sources are those at fixed λ
             }
-            if let (Some(design), Some(parameter)) = (design, direction.parameter) {
-                design.add_internal(parameter, s, &mut tangent.z);
+            let internal = design.zip(direction.parameter).filter(|_| !tangent.z.is_empty());
+            if let Some((design, parameter)) = internal {
+                for part in 0..linearization.parts() {
+                    design.add_internal(
+                        parameter,
+                        linearization.part(points, part).0,
+                        &mut tangent.z,
+                    );
+                }
             }
             *rate += dot(&of_step.end, &tangent.q);
         }
@@ -505,15 +515,14 @@ impl Sensitivities {
     /// multipliers or accelerations cost, after [`Sensitivities::add_forces`] of it.
     #[must_use]
     pub fn rates(&self, objective: &Objective, end: &State) -> Vec<f64> {
-        let n = end.q.len();
-        let (mut by_q, mut by_p) = (vec![0.0; n], vec![0.0; n]);
-        objective.add_of_end(end, &mut by_q, &mut by_p);
+        let mut by = Costate::zero(end.q.len(), end.internal.len());
+        objective.add_of_end(end, &mut by);
         let mut of_parameters = self.of_parameters.clone();
         objective.add_parameters_of_end(end, &mut of_parameters);
         let pairs = self.rates.iter().zip(&self.tangents).zip(&self.directions);
         let rates = pairs.map(|((rate, own), direction)| {
             let explicit = direction.parameter.map_or(0.0, |k| of_parameters[k]);
-            rate + dot(&by_q, &own.q) + dot(&by_p, &own.p) + explicit
+            rate + by.along(own) + explicit
         });
         rates.collect()
     }

@@ -14,9 +14,11 @@ pub use crate::node::{NodeQuantity, RateOf};
 use crate::objective::{Known, Seen, StepTerm, Term};
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
+use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::linear::Singular;
+use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
 use vi_multibody::design::acceleration::NodeAcceleration;
 use vi_multibody::design::velocity::NodeVelocity;
@@ -64,7 +66,7 @@ pub enum RateError {
 pub struct NodeReader {
     mechanism: Mechanism,
     mass: SparseMatrix,
-    velocity: Mutex<NodeVelocity>,
+    velocity: Option<Mutex<NodeVelocity>>,
     level: Option<(Level, Mutex<NodeAcceleration>)>,
     n: usize,
     m: usize,
@@ -83,6 +85,14 @@ impl NodeReader {
     ) -> Result<Self, RateError> {
         let (rows, state) = (run.rows(), run.state());
         Self::at(run.constraints(), run.system(), (rows, state), tangents, level)
+    }
+
+    /// Of numbers that read no velocities.
+    #[must_use]
+    pub fn standing(run: &MechanismIntegrator) -> Self {
+        let (mechanism, mass) = (run.constraints().clone(), run.system().mass().clone());
+        let (n, m) = (run.state().q.len(), vi_constraints::Constraints::len(&mechanism));
+        Self { mechanism, mass, velocity: None, level: None, n, m }
     }
 
     /// The same of a mechanism with its independent rows, at a node.
@@ -106,15 +116,15 @@ impl NodeReader {
             if level.system.interpolation().is_some() {
                 return Err(RateError::Level("beams"));
             }
-            if level.system.internal_variables() > 0 {
-                return Err(RateError::Level("signals with states, or forces with memory"));
+            if level.system.has_memory() {
+                return Err(RateError::Level("forces with memory"));
             }
             let mut own = NodeAcceleration::new(&mechanism, rows, tangents)?;
             own.find(&mechanism, &*level.system, state)?;
             Ok((level, Mutex::new(own)))
         });
         let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
-        let (velocity, level) = (Mutex::new(velocity), level.transpose()?);
+        let (velocity, level) = (Some(Mutex::new(velocity)), level.transpose()?);
         Ok(Self { mechanism, mass, velocity, level, n, m })
     }
 
@@ -131,7 +141,7 @@ impl NodeReader {
             Known::Multipliers(lambda) => (lambda, &[][..]),
             Known::Acceleration(a) => (&[][..], a),
         };
-        if needs_no_velocity(y, known) {
+        if self.needs_no_velocity(y, known) {
             return Some(then(Node { at, v: &[], lambda, a }));
         }
         match (&self.level, known) {
@@ -141,11 +151,17 @@ impl NodeReader {
                 Some(then(Node { at, v: own.v(), lambda: own.lambda(), a: own.a() }))
             }
             _ => {
-                let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
+                let own = self.velocity.as_ref()?;
+                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 let v = own.find(&self.mechanism, &self.mass, state).ok()?;
                 Some(then(Node { at, v, lambda, a }))
             }
         }
+    }
+
+    /// Whether a number follows from the configuration and from what is known.
+    fn needs_no_velocity(&self, y: &dyn NodeQuantity, known: Known<'_>) -> bool {
+        !y.reads_velocity() && (self.level.is_none() || !matches!(known, Known::State))
     }
 
     /// The number at a node. Not a number where the node is not determined.
@@ -154,15 +170,14 @@ impl NodeReader {
         self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
-    /// Adds the derivatives of a number by `q`, by `p̄` and by what is known, and those by
-    /// parameters with these held, all times what `weigh` makes of the number. Where the state
-    /// alone is known, by forces on the coordinates in the place of that, shape `n` or empty.
-    /// Returns the number.
+    /// Adds the derivatives of a number by the state and by what is known, and those by parameters
+    /// with these held, all times what `weigh` makes of the number. Where the state alone is known,
+    /// by forces on the coordinates in the place of that, shape `n` or empty. Returns the number.
     pub fn add_slopes(
         &self,
         (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
         (state, known): (&State, Known<'_>),
-        [q, p, of_known]: [&mut [f64]; 3],
+        (Costate { q, p, z }, of_known): (&mut Costate, &mut [f64]),
         parameters: &mut [f64],
     ) -> f64 {
         let at = state.configuration();
@@ -175,7 +190,7 @@ impl NodeReader {
                 Known::Multipliers(_) => (&mut *of_known, &mut of_a[..]),
                 Known::Acceleration(_) => (&mut of_level[..], &mut *of_known),
             };
-            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a };
+            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
             let value = y.value(node);
             let scale = weigh(value);
             y.add_slopes(node, scale, out);
@@ -188,7 +203,7 @@ impl NodeReader {
             q.fill(f64::NAN);
             return f64::NAN;
         };
-        if needs_no_velocity(y, known) {
+        if self.needs_no_velocity(y, known) {
             return value;
         }
         match (&self.level, known) {
@@ -200,13 +215,17 @@ impl NodeReader {
                     return f64::NAN;
                 }
                 of_known.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
+                let into = &mut Product { v: own.by_force(), out: z };
+                let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+                level.system.state_slopes(at, own.v(), &mut along); // (∂f/∂z)ᵀ ∂y/∂f
                 let Some(design) = &level.design else { return value };
                 for (k, out) in parameters.iter_mut().enumerate() {
                     *out += own.pulled_by_parameter(at, &**design, k);
                 }
             }
             _ => {
-                let own = &mut *self.velocity.lock().unwrap_or_else(PoisonError::into_inner);
+                let Some(own) = &self.velocity else { return value };
+                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 if own.pull(mechanism, at, &of_v, [&mut *q, p]).is_err() {
                     q.fill(f64::NAN);
                     return f64::NAN;
@@ -218,11 +237,6 @@ impl NodeReader {
         }
         value
     }
-}
-
-/// Whether a number is one of multipliers of a step alone.
-fn needs_no_velocity(y: &dyn NodeQuantity, known: Known<'_>) -> bool {
-    matches!(known, Known::Multipliers(_)) && !y.reads_velocity()
 }
 
 /// `½ (y − target)²` of a number of a node.
@@ -257,7 +271,11 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
         tangents: &[MechanismTangent],
         level: Option<Level>,
     ) -> Result<Self, RateError> {
-        Ok(Self { quantity, target, reader: NodeReader::new(run, tangents, level)? })
+        let reader = match level {
+            None if !quantity.reads_velocity() => NodeReader::standing(run),
+            level => NodeReader::new(run, tangents, level)?,
+        };
+        Ok(Self { quantity, target, reader })
     }
 }
 
@@ -265,15 +283,15 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.of_node(end, Known::State)
     }
-    fn add_of_end(&self, end: &State, scale: f64, q: &mut [f64], p: &mut [f64]) {
-        self.add_of_node((end, Known::State), scale, [q, p, &mut []], &mut []);
+    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
+        self.add_of_node((end, Known::State), scale, (out, &mut []), &mut []);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         if out.is_empty() {
             return;
         }
-        let [mut q, mut p] = [(); 2].map(|()| vec![0.0; self.reader.n]);
-        self.add_of_node((end, Known::State), scale, [&mut q, &mut p, &mut []], out);
+        let mut by = Costate::zero(self.reader.n, end.internal.len());
+        self.add_of_node((end, Known::State), scale, (&mut by, &mut []), out);
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.quantity.follow(node, seen);
@@ -289,7 +307,7 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
         &self,
         node: (&State, Known<'_>),
         scale: f64,
-        slopes: [&mut [f64]; 3],
+        slopes: (&mut Costate, &mut [f64]),
         parameters: &mut [f64],
     ) -> f64 {
         let weigh = |y: f64| scale * (y - self.target);

@@ -150,7 +150,7 @@ fn error(subject: Subject, defect: Defect) -> f64 {
     let (n, m) = (start.q.len(), constraints.len());
     let mut sweep = StepLinearization::new(n, m, run.rows());
     let mut costate = Costate::zero(n, 0);
-    objective.add_of_end(run.state(), &mut costate.q, &mut costate.p);
+    objective.add_of_end(run.state(), &mut costate);
     let mut found = vec![Vec::new(); STEPS];
     for (step, (p, s)) in taken.iter().enumerate().rev() {
         controls.set(step);

@@ -5,6 +5,7 @@ use crate::runs::four_bar;
 use nalgebra::Vector3;
 use vi_constraints::costate_sweep::Tangents;
 use vi_constraints::design::{Costates, Design, Place};
+use vi_constraints::linearization::Costate;
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_control::objective::{Last, PointComponent, Running, Term};
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
@@ -87,7 +88,7 @@ impl Term for LastMomentum {
     fn of_end(&self, end: &State) -> f64 {
         dot(&self.0, &end.p)
     }
-    fn add_of_end(&self, _end: &State, scale: f64, _q: &mut [f64], p: &mut [f64]) {
+    fn add_of_end(&self, _end: &State, scale: f64, Costate { p, .. }: &mut Costate) {
         p.iter_mut().zip(&self.0).for_each(|(p, c)| *p += scale * c);
     }
 }

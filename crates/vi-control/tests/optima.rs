@@ -5,14 +5,16 @@ use crate::control_case::{Case, list, number, numbers, with_springs};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
-use vi_constraints::SchemeKind;
+use vi_constraints::{Method, Options, SchemeKind};
 use vi_control::kkt::{Kkt, Tolerances};
 use vi_control::optimum::{Progress, Setting, Verdict, optimize};
 use vi_control::program::{Iterate, NlpSolver, SharedProgram};
 use vi_control::replay::Replay;
-use vi_control::transcription::problem::{Cost, CostKind, FinalTime, ProblemError};
+use vi_control::transcription::problem::{Cost, CostKind, FinalTime, ProblemError, When};
 use vi_control::transcription::{Guess, Motion};
 use vi_control::{Pounce, Transcription};
+use vi_core::Composition;
+use vi_core::galerkin::Stages;
 use vi_core::linear::norm_inf;
 
 type Shared = Rc<RefCell<Transcription>>;
@@ -22,14 +24,28 @@ fn solve(case: &Case, steps: usize) -> (Motion, usize, Kkt) {
     (motion, iterations, kkt)
 }
 
+struct Solved {
+    motion: Motion,
+    iterations: usize,
+    kkt: Kkt,
+    costates: Vec<Vec<f64>>,
+}
+
 fn solved(transcription: Transcription) -> (Shared, Motion, usize, Kkt) {
+    let (program, Solved { motion, iterations, kkt, .. }) = solved_at(transcription);
+    (program, motion, iterations, kkt)
+}
+
+fn solved_at(transcription: Transcription) -> (Shared, Solved) {
     let transcription = Rc::new(RefCell::new(transcription));
     let program: SharedProgram = transcription.clone();
     let start = transcription.borrow().start();
     let solved = Pounce::default().solve(&program, &start, Box::new(|_| true)).unwrap();
     let kkt = Kkt::judge(&mut *program.borrow_mut(), &solved.x, &solved.multipliers).unwrap();
     let motion = transcription.borrow().motion(&solved.x).unwrap();
-    (transcription, motion, solved.iterates.len() - 1, kkt)
+    let costates = transcription.borrow().costates(&solved.multipliers);
+    let iterations = solved.iterates.len() - 1;
+    (transcription, Solved { motion, iterations, kkt, costates })
 }
 
 fn case(name: &str) {
@@ -191,6 +207,119 @@ fn a_free_final_time_is_of_order_2() {
     assert!(a > 0.6 && a < 3.9, "no bound of the time is active: {a}");
 }
 
+/// What is asked for beside what a case asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Asks {
+    Nothing,
+    /// A time that is free and costs.
+    Time,
+    /// That a coordinate is near a value along the path.
+    Path,
+}
+
+/// The optimum of `values` values of each control, each over `hold` steps by a method, from a
+/// motion nearby.
+fn held(
+    case: &Case,
+    [values, hold]: [usize; 2],
+    method: Method,
+    (near, asks): (Option<&Motion>, Asks),
+) -> (Motion, Vec<Vec<f64>>) {
+    let (mut problem, mut guess) = case.problem(values * hold);
+    problem.method = method;
+    problem.controls.iter_mut().for_each(|control| control.hold = hold);
+    match asks {
+        Asks::Nothing => {}
+        Asks::Time => {
+            problem.time = FinalTime::Free { min: 0.5, max: 4.0, guess: 2.0 };
+            problem.costs.push(Cost { weight: 4.0, kind: CostKind::Time });
+        }
+        Asks::Path => {
+            let (quantity, when) = (problem.conditions[0].quantity.clone(), When::Path);
+            let kind = CostKind::Deviation { quantity, target: 0.5, when };
+            problem.costs.push(Cost { weight: 3.0, kind });
+        }
+    }
+    if let Some(Motion { nodes, controls, .. }) = near {
+        guess = Guess::of_run(&case.mechanism, nodes, controls, values * hold);
+    }
+    let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+    let program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+    let (_, solved) = solved_at(program);
+    let (motion, kkt) = (solved.motion, solved.kkt);
+    assert!(kkt.is_met(&Tolerances::default()), "{method:?}: {kkt:?}");
+    let mut run = case.run_by(Options { method, ..Options::new(SchemeKind::Nodal, motion.step) });
+    let replay = Replay::of(&mut run, &case.efforts, &motion);
+    println!("  {method:?}, {hold}: {} iterations, {:.1e}", solved.iterations, replay.deviation);
+    assert!(replay.is_same(), "{method:?}: {replay:?}");
+    (motion, solved.costates)
+}
+
+/// How far two motions with as many values of controls are from one another: cost, states and
+/// costates where the values change, the values.
+fn from_another([a, b]: [&(Motion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4] {
+    let cost = |motion: &Motion| motion.costs.iter().sum::<f64>();
+    let at = |(motion, costates): &(Motion, Vec<Vec<f64>>), n: usize| {
+        let hold = motion.controls.len() / values;
+        let of = |rows: &[Vec<f64>]| rows.get(n * hold).cloned().unwrap_or_default();
+        [of(&motion.nodes), of(&motion.controls), of(costates)]
+    };
+    let far = |x: &[f64], y: &[f64]| {
+        x.iter().zip(y).fold(0.0_f64, |most, (x, y)| most.max((x - y).abs()))
+    };
+    let mut found = [(cost(&a.0) - cost(&b.0)).abs(), 0.0, 0.0, 0.0];
+    for n in 0..=values {
+        for (k, (own, other)) in at(a, n).iter().zip(&at(b, n)).enumerate() {
+            found[k + 1] = found[k + 1].max(far(own, other));
+        }
+    }
+    found
+}
+
+/// Controls of as many values as ever, motions in finer and finer steps: cost, states, costates and
+/// controls of the optimum go to those of the exact motion with such controls by the order of the
+/// method; each is replayed by its own method.
+#[test]
+fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
+    let methods = [
+        (Method::default(), 2, [2, 4, 8]),
+        (Method::Composition(Composition::Suzuki5), 4, [1, 2, 4]),
+        (Method::Composition(Composition::SofroniouSpaletta13), 6, [1, 2, 4]),
+        (Method::Galerkin(Stages::new(1).unwrap()), 2, [2, 4, 8]),
+        (Method::Galerkin(Stages::new(2).unwrap()), 4, [1, 2, 4]),
+        (Method::Galerkin(Stages::new(3).unwrap()), 6, [1, 2, 4]),
+    ];
+    for (name, values, asks) in [
+        ("oc01_pendulum_swing_up", 10, Asks::Nothing),
+        ("oc01_pendulum_swing_up", 10, Asks::Time),
+        ("oc01_pendulum_swing_up", 10, Asks::Path),
+        ("oc03_two_link_effort", 20, Asks::Nothing),
+        ("oc07_four_bar_to_rest", 10, Asks::Nothing),
+    ] {
+        let case = Case::read(name);
+        let finest = Method::Composition(Composition::SofroniouSpaletta21);
+        let near = held(&case, [values, 1], methods[1].0, (None, asks));
+        let exact = held(&case, [values, 4], finest, (Some(&near.0), asks));
+        for (method, order, holds) in methods {
+            // sums along the path are of order 2 in Galerkin steps
+            let is_sum = asks == Asks::Path && method.stages().is_some();
+            let order = if is_sum { 2 } else { order };
+            let near = (Some(&near.0), asks);
+            let motions = holds.map(|hold| held(&case, [values, hold], method, near));
+            let errors = motions.map(|motion| from_another([&motion, &exact], values));
+            let orders = [0, 1]
+                .map(|k| [0, 1, 2, 3].map(|what| (errors[k][what] / errors[k + 1][what]).log2()));
+            let of = |what: usize| errors.map(|error| format!("{:.1e}", error[what])).join(", ");
+            let [cost, states, own, costates] = [0, 1, 2, 3].map(of);
+            println!(
+                "{name}, asks {asks:?}, order {order}: errors of costs {cost}, states {states}, controls {own}, costates {costates}; orders {orders:.2?}"
+            );
+            let least = orders[1].iter().fold(f64::INFINITY, |least, own| least.min(*own));
+            assert!(least > f64::from(order) - 0.25, "{name}, order {order}: {least}");
+        }
+    }
+}
+
 /// Wheels turn a satellite: the replay keeps the linear and the angular momentum of all, zero.
 #[test]
 fn efforts_between_bodies_leave_momentum_maps_exact() {
@@ -241,6 +370,35 @@ fn a_replay_sees_other_controls() {
     assert!(replay.by_steps.unwrap() > 1e-8);
 }
 
+/// A run that begins a millionth faster is another motion; from the second node of the optimum on,
+/// each of its steps is that of the optimum.
+#[test]
+fn single_steps_are_taken_from_the_nodes_of_the_optimum() {
+    for method in [
+        Method::default(),
+        Method::Composition(Composition::Suzuki5),
+        Method::Galerkin(Stages::new(2).unwrap()),
+    ] {
+        let mut case = Case::read("oc07_four_bar_to_rest");
+        let (motion, _) = held(&case, [10, 1], method, (None, Asks::Nothing));
+        case.v.iter_mut().for_each(|v| *v *= 1.0 + 1e-6);
+        let options = Options { method, ..Options::new(SchemeKind::Nodal, motion.step) };
+        let mut run = case.run_by(options);
+        let replay = Replay::of(&mut run, &case.efforts, &motion);
+        run = case.run_by(options);
+        case.efforts.iter().zip(&motion.controls[0]).for_each(|(own, value)| own.set(*value));
+        run.step().unwrap();
+        let pairs = run.state().q.iter().zip(&motion.nodes[1]);
+        let first = pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+        let by_steps = replay.by_steps.unwrap();
+        println!(
+            "{method:?}: {:.3e}, of steps {by_steps:.3e}, the first {first:.3e}",
+            replay.deviation
+        );
+        assert!(replay.deviation > first && (by_steps - first).abs() < 1e-12, "{replay:?}");
+    }
+}
+
 /// A case as a setting of the driver.
 struct Own(Case);
 
@@ -253,6 +411,24 @@ impl Setting for Still {
     }
     fn replay(&self, motion: &Motion) -> Result<Replay, String> {
         self.0.replay(motion)
+    }
+}
+
+/// The same by a method, without bounds of turns.
+struct Unbounded(Own, Method);
+
+impl Setting for Unbounded {
+    fn program(&self, steps: usize, guess: Option<&Guess>) -> Result<Transcription, ProblemError> {
+        let case = &self.0.0;
+        let (mut problem, line) = case.problem(steps);
+        (problem.method, problem.max_increment) = (self.1, f64::INFINITY);
+        let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
+        Transcription::new(&case.mechanism, system, at, problem, guess.unwrap_or(&line))
+    }
+    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+        let options = Options::new(SchemeKind::Nodal, motion.step);
+        let mut run = self.0.0.run_by(Options { method: self.1, ..options });
+        Ok(Replay::of(&mut run, &self.0.0.efforts, motion))
     }
 }
 
@@ -342,6 +518,37 @@ fn an_effort_beside_the_controls_is_another_motion() {
     own.0.efforts[1].set(0.5);
     let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
     assert_eq!(optimum.verdict, Verdict::OtherMotion);
+}
+
+/// A pendulum that swings up in a few steps turns by more than 1 rad in one of them; what counts is
+/// by how much it turns in a sub-step, or between control points.
+#[test]
+fn turns_are_those_between_all_nodes() {
+    for (method, steps, is_far) in [
+        (Method::Composition(Composition::Suzuki5), 6, true),
+        (Method::Composition(Composition::SofroniouSpaletta13), 6, false),
+        (Method::Galerkin(Stages::new(3).unwrap()), 4, true),
+        (Method::Galerkin(Stages::new(3).unwrap()), 6, false),
+    ] {
+        let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
+        let method = &mut Pounce::default();
+        let optimum = optimize(method, &setting, steps, 0, &progress(usize::MAX)).unwrap();
+        let turn = |from: &[f64], to: &[f64]| {
+            let turn = (to[5] * from[3] - to[3] * from[5]).atan2(to[3] * from[3] + to[5] * from[5]);
+            turn.abs() // of d_1, in the plane x, z
+        };
+        let all: Vec<&[f64]> = optimum.motion.all_nodes().collect();
+        let parts = all.windows(2).map(|pair| turn(pair[0], pair[1])).fold(0.0, f64::max);
+        let pairs = optimum.motion.nodes.windows(2);
+        let whole = pairs.map(|pair| turn(&pair[0], &pair[1])).fold(0.0, f64::max);
+        println!("{:?}, {steps}: {:?}, turns {whole:.2}, {parts:.2}", setting.1, optimum.verdict);
+
+        assert!(whole > 1.0 && (parts > 1.0) == is_far, "{whole}, {parts}");
+        match optimum.verdict {
+            Verdict::TurnsTooFar { turn, .. } => assert!(is_far && (turn - parts).abs() < 1e-12),
+            verdict => assert!(!is_far && verdict == Verdict::Optimal, "{verdict:?}"),
+        }
+    }
 }
 
 /// With four steps a body has to turn too far in one: that is said, not hidden.

@@ -3,11 +3,16 @@
 use crate::control_case::Case;
 use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_constraints::Method;
+use vi_constraints::setup::SetupError;
 use vi_control::Transcription;
 use vi_control::transcription::problem::{
-    Condition, Cost, CostKind, FinalTime, Problem, ProblemError, Quantity, Rest, When,
+    Acts, Condition, Cost, CostKind, FinalTime, Problem, ProblemError, Quantity, Rest, When,
 };
 use vi_control::transcription::{Guess, Path};
+use vi_core::Composition;
+use vi_core::coordinate_force::SignedUnknown;
+use vi_core::galerkin::Stages;
 use vi_multibody::form::{Form, Row};
 
 fn refused(name: &str, change: &dyn Fn(&mut Problem, &mut Guess)) -> ProblemError {
@@ -44,6 +49,16 @@ fn what_is_wrong_is_said() {
     assert_eq!(of(&|_, guess| *guess = Guess::line(5, &[0.0; 3])), shape);
     let turns = |guess: &mut Guess| guess.path = Path::Increments(vec![vec![4.0, 0.0]; 5]);
     assert_eq!(of(&|_, guess| turns(guess)), ProblemError::GuessTurns(1));
+    let suzuki = Method::Composition(Composition::Suzuki5);
+    let damped = refused("oc09_arm6_effort", &|p, _| p.method = suzuki);
+    assert_eq!(damped, ProblemError::Method(SetupError::DissipativeComposition));
+    // an effort along a rotation of a free body
+    let galerkin = Method::Galerkin(Stages::new(2).unwrap());
+    let turning = refused("oc06_satellite_three_wheels", &|p, _| {
+        p.method = galerkin;
+        p.controls[0].acts = Acts::Along(SignedUnknown { index: 3, sign: 1.0 });
+    });
+    assert_eq!(turning, ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
     let single = refused("oc07_four_bar_to_rest", &|p, _| p.rest = Rest::Unknowns(vec![0]));
     assert!(matches!(single, ProblemError::NotCovered(_)), "{single}");
 }
@@ -88,6 +103,59 @@ fn a_path_has_a_row_for_each_node() {
         assert_eq!(kept.bounds().rows[row].map(f64::to_bits), bounds.map(f64::to_bits));
     }
     assert_eq!(node, 5);
+}
+
+/// Bounds of a coordinate along the path, of a turn and of a value that lasts two steps, by five
+/// sub-steps in each step: the first hold where steps meet, the second in each sub-step, the third
+/// for ten of them.
+#[test]
+fn bounds_hold_where_sub_steps_have_them() {
+    use vi_control::program::Program;
+    let case = Case::read("oc03_two_link_effort");
+    let (mut problem, guess) = case.problem(4);
+    problem.method = Method::Composition(Composition::Suzuki5);
+    problem.controls[0].hold = 2;
+    let Condition { quantity, .. } = problem.conditions[0].clone();
+    let Quantity::Joint { unknown, start } = quantity else { panic!("a coordinate") };
+    let bounds = [start - 3.0, start + 4.0];
+    let name = "kept".to_owned();
+    problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
+    let (system, at) = (Arc::new(case.system()), case.initial());
+    let mut program = Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap();
+    // of 20 sub-steps two coordinates, one value in two steps and one in each
+    assert_eq!(program.variables(), 20 * 2 + 2 + 4);
+    let own = program.bounds();
+    let bounded = own.variables.iter().filter(|own| own[0].is_finite()).count();
+    assert_eq!(bounded, 4);
+    let count = |words: &str| {
+        (0..program.rows()).filter(|row| program.row_name(*row).starts_with(words)).count()
+    };
+    assert_eq!([count("turn of step"), count("balance at node"), count("rest")], [40, 40, 2]);
+    let name = |words: &str| (0..program.rows()).any(|row| program.row_name(row) == words);
+    assert!(name("turn of step 3, sub-step 4") && name("balance at node 1, sub-step 2"));
+    assert!(name("`joint 0` at node 4") && !name("turn of step 4, sub-step 0"));
+    // the bound of a variable is that of the number at its node
+    let mut x = program.start().x;
+    for (x, [low, _]) in x.iter_mut().zip(&own.variables).filter(|(_, own)| own[0].is_finite()) {
+        *x = *low;
+    }
+    program.move_to(&x).unwrap();
+    let met = program.met(
+        &x,
+        &vi_control::program::Multipliers {
+            rows: vec![0.0; program.rows()],
+            lower: vec![0.0; x.len()],
+            upper: vec![0.0; x.len()],
+        },
+    );
+    let kept = bounds[usize::from(unknown.sign < 0.0)];
+    for met in met.unwrap().iter().filter(|met| met.condition == 2) {
+        assert!((met.value - kept).abs() < 1e-12, "{met:?} for {kept}");
+    }
+    let motion = program.motion(&x).unwrap();
+    assert_eq!((motion.nodes.len(), motion.within.len()), (5, 4));
+    assert!(motion.within.iter().all(|own| own.len() == 4));
+    assert_eq!(motion.all_nodes().count(), 21);
 }
 
 /// Kept 50 mm above the lowest point of its way, the tip touches that height, and it costs more.

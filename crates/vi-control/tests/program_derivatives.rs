@@ -2,6 +2,7 @@
 
 use crate::control_case::{Case, with_springs};
 use nalgebra::DMatrix;
+use vi_constraints::Method;
 use vi_control::Transcription;
 use vi_control::node::RateOf;
 use vi_control::objective::PointComponent;
@@ -10,12 +11,24 @@ use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
 };
+use vi_core::Composition;
+use vi_core::force::{DiscreteForce, MidpointForce};
+use vi_core::galerkin::Stages;
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::law::Input;
+use vi_multibody::spring::Damper;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
+
+/// Five sub-steps in each step, the third one backward.
+const SUZUKI: Method = Method::Composition(Composition::Suzuki5);
+
+/// Polynomials of degree `s` on each step.
+fn galerkin(s: usize) -> Method {
+    Method::Galerkin(Stages::new(s).unwrap())
+}
 
 fn jacobian(program: &Transcription) -> DMatrix<f64> {
     let mut entries = vec![0.0; program.jacobian_places().len()];
@@ -52,7 +65,8 @@ fn first(program: &mut Transcription, x: &[f64], lambda: &[f64]) -> (f64, Vec<f6
     (program.cost(), rows, lagrangian)
 }
 
-/// Checks all derivatives at a random point; `exact`: of the Hessian.
+/// Checks all derivatives at a random point against differences of order 4; `tolerance`: of the
+/// Hessian.
 fn check(name: &str, mut program: Transcription, tolerance: f64) {
     let mut sample = Sample::new(5);
     let mut x = program.start().x;
@@ -64,28 +78,32 @@ fn check(name: &str, mut program: Transcription, tolerance: f64) {
     let (exact, second) = (jacobian(&program), hessian(&program, 0.7, &lambda));
     let (mut worst, mut bent) = (0.0_f64, 0.0_f64);
     for j in 0..x.len() {
-        let e = 1e-5;
+        let e = 5e-4;
         let mut at = |by: f64| {
             let mut x = x.clone();
-            x[j] += by;
+            x[j] += by * e;
             first(&mut program, &x, &lambda)
         };
-        let ((f, g, l), (f_minus, g_minus, l_minus)) = (at(e), at(-e));
+        let [one, other, far, beyond] = [1.0, -1.0, 2.0, -2.0].map(&mut at);
+        let difference = |near: f64, back: f64, far: f64, beyond: f64| {
+            (8.0 * (near - back) - (far - beyond)) / (12.0 * e)
+        };
         let size = |of: f64| 1.0 + of.abs();
-        worst = worst.max(((f - f_minus) / (2.0 * e) - slope[j]).abs() / size(slope[j]));
-        for i in 0..g.len() {
-            let wanted = (g[i] - g_minus[i]) / (2.0 * e);
+        let wanted = difference(one.0, other.0, far.0, beyond.0);
+        worst = worst.max((wanted - slope[j]).abs() / size(slope[j]));
+        for i in 0..program.rows() {
+            let wanted = difference(one.1[i], other.1[i], far.1[i], beyond.1[i]);
             let error = (wanted - exact[(i, j)]).abs() / size(wanted);
+            worst = worst.max(error);
             assert!(
-                error < 1e-6,
+                error < 1e-8,
                 "{name}: {} by {j}: {} for {wanted}",
                 program.row_name(i),
                 exact[(i, j)]
             );
-            worst = worst.max(error);
         }
-        for i in 0..l.len() {
-            let wanted = (l[i] - l_minus[i]) / (2.0 * e);
+        for i in 0..x.len() {
+            let wanted = difference(one.2[i], other.2[i], far.2[i], beyond.2[i]);
             let error = (wanted - second[(i, j)]).abs() / size(wanted);
             assert!(
                 error < tolerance,
@@ -96,7 +114,11 @@ fn check(name: &str, mut program: Transcription, tolerance: f64) {
         }
     }
     println!("{name}: first {worst:.1e}, second {bent:.1e}");
+    assert!(worst < 1e-8, "{name}: {worst:e}");
 }
+
+/// Of exact second derivatives.
+const EXACT: f64 = 1e-8;
 
 #[test]
 fn of_the_reference_problems() {
@@ -109,17 +131,29 @@ fn of_the_reference_problems() {
         "oc08_six_r_to_rest",
         "oc09_arm6_effort",
     ] {
-        check(name, Case::read(name).transcription(3), 1e-5);
+        check(name, Case::read(name).transcription(3), EXACT);
     }
 }
 
-/// Free time beside closed loops and dampers, all kinds of costs, values that last several steps.
+/// Free time beside closed loops and dampers, all kinds of costs, values that last several steps,
+/// by steps and by sub-steps.
 #[test]
 fn of_every_term() {
-    for name in ["oc07_four_bar_to_rest", "oc09_arm6_effort", "oc06_satellite_three_wheels"] {
+    for (name, method) in [
+        ("oc07_four_bar_to_rest", Method::default()),
+        ("oc09_arm6_effort", Method::default()),
+        ("oc06_satellite_three_wheels", Method::default()),
+        ("oc07_four_bar_to_rest", SUZUKI),
+        ("oc06_satellite_three_wheels", SUZUKI),
+        ("oc03_two_link_effort", galerkin(1)),
+        ("oc07_four_bar_to_rest", galerkin(2)),
+        ("oc09_arm6_effort", galerkin(2)),
+        ("oc06_satellite_three_wheels", galerkin(3)),
+    ] {
         for rest in [Rest::All, Rest::Free] {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             problem.rest = rest;
             problem.controls[0].hold = 3;
@@ -147,18 +181,66 @@ fn of_every_term() {
             let program =
                 Transcription::new(&case.mechanism, system, case.initial(), problem, &guess)
                     .unwrap();
-            check(name, program, 1e-5);
+            check(name, program, EXACT);
         }
     }
 }
 
-/// A spring between points and one along a joint: first derivatives are exact; the Hessian is where
-/// the spring is quadratic in the coordinates.
+/// A problem of a case beside more forces, by a method.
+fn beside(case: &Case, method: Method, force: Option<Box<dyn DiscreteForce>>) -> Transcription {
+    let (mut problem, guess) = case.problem(2);
+    problem.method = method;
+    let system = case.system();
+    let system = match force {
+        Some(force) => system.force(force),
+        None => system,
+    };
+    let (system, at) = (std::sync::Arc::new(system), case.initial());
+    Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap()
+}
+
+const METHODS: [fn() -> Method; 4] = [Method::default, || SUZUKI, || galerkin(2), || galerkin(3)];
+
+/// A spring between points, quadratic in the coordinates or not, and one along a joint.
 #[test]
 fn beside_springs() {
-    for (length, tolerance) in [(0.0, 1e-5), (0.2, f64::INFINITY)] {
-        check("springs", with_springs("oc03_two_link_effort", length).transcription(3), tolerance);
-        check("springs", with_springs("oc07_four_bar_to_rest", length).transcription(3), tolerance);
+    for length in [0.0, 0.2] {
+        for (name, method) in ["oc03_two_link_effort", "oc07_four_bar_to_rest"]
+            .into_iter()
+            .flat_map(|name| METHODS.map(|method| (name, method())))
+        {
+            let case = with_springs(name, length);
+            check(&format!("springs by {method:?}"), beside(&case, method, None), EXACT);
+        }
+    }
+}
+
+/// A damper between points, and a torque that turns with its body.
+#[test]
+fn beside_dampers_and_turning_torques() {
+    let vector = nalgebra::Vector3::new;
+    let end = Form::constant(vector(0.3, 0.1, 0.9));
+    let between = Form::point(0, &vector(0.1, 0.0, 0.05)).minus(&end);
+    let load = Load::new(
+        0,
+        LoadKind::Follower,
+        vector(0.4, 0.2, -0.3),
+        vector(0.3, 0.5, -0.2),
+        TimeHistory::default(),
+    );
+    for (name, method) in ["oc03_two_link_effort", "oc06_satellite_three_wheels"]
+        .into_iter()
+        .flat_map(|name| METHODS.map(|method| (name, method())))
+    {
+        let case = Case::read(name);
+        if method != SUZUKI {
+            // what is damped has no steps backward
+            let damper = MidpointForce(Damper { between: between.clone(), damping: 1.7 });
+            let program = beside(&case, method, Some(Box::new(damper)));
+            check(&format!("damper by {method:?}"), program, EXACT);
+        }
+        let program = beside(&case, method, Some(Box::new(load.clone().unwrap())));
+        check(&format!("torque by {method:?}"), program, EXACT);
     }
 }
 
@@ -169,9 +251,15 @@ fn beside_springs() {
 fn of_numbers_with_velocities() {
     let vector = nalgebra::Vector3::new;
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        for free in [false, true] {
+        for (free, method) in [
+            (false, Method::default()),
+            (true, Method::default()),
+            (true, SUZUKI),
+            (true, galerkin(2)),
+        ] {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             if free {
                 problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             }
@@ -212,8 +300,7 @@ fn of_numbers_with_velocities() {
     }
 }
 
-/// Wrenches on bodies, in a tree, in closed loops, on what is free; the Hessian is exact where the
-/// load is linear in the coordinates: all but torques that turn with the body.
+/// Wrenches on bodies, in a tree, in closed loops, on what is free.
 #[test]
 fn beside_wrenches() {
     let vector = nalgebra::Vector3::new;
@@ -231,13 +318,20 @@ fn beside_wrenches() {
     let dead = control("dead", wrench(LoadKind::Dead, force, torque));
     let thrust = control("thrust", wrench(LoadKind::Follower, force, none));
     let turning = control("turning", wrench(LoadKind::Follower, none, torque));
-    let cases = [(vec![dead, thrust], 1e-5), (vec![turning], f64::INFINITY)];
+    let cases = [vec![dead, thrust], vec![turning]];
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
-        for ((wrenches, tolerance), free) in
-            cases.iter().flat_map(|own| [false, true].map(|free| (own, free)))
+        let methods = [
+            (false, Method::default()),
+            (true, Method::default()),
+            (true, SUZUKI),
+            (true, galerkin(2)),
+        ];
+        for (wrenches, (free, method)) in
+            cases.iter().flat_map(|own| methods.map(|method| (own, method)))
         {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
+            problem.method = method;
             if free {
                 problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             }
@@ -248,7 +342,7 @@ fn beside_wrenches() {
             let system = std::sync::Arc::new(case.system());
             let (mechanism, at) = (&case.mechanism, case.initial());
             let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
-            check(name, program, *tolerance);
+            check(name, program, EXACT);
         }
     }
 }

@@ -20,5 +20,5 @@
 mod separable_system;
 mod slot_derivatives;
 
-pub use separable_system::SeparableSystem;
+pub use separable_system::{SeparableSystem, Working};
 pub use slot_derivatives::{DiscreteLagrangian, NoStepSlope};

@@ -115,6 +115,20 @@ pub trait DiscreteForce: Send + Sync {
             self.add_damping(at, v, by_v, out);
         }
     }
+    /// Emits `∂²(y_0·f_d^- + y_1·f_d^+)/∂q_i∂q_j`, rows of the first of both slots, where second
+    /// derivatives are known: nothing else.
+    fn add_bend(&self, _s: &Interval, _y: [&[f64]; 2], _: [Slot; 2], _out: &mut dyn Entries) {}
+    /// Emits `a ∂²/∂q∂q + b ∂²/∂q∂v + c ∂²/∂v∂q + d ∂²/∂v∂v` of `z·f(t, q, v)`, rows of the first,
+    /// where second derivatives are known: nothing else.
+    fn add_gauss_bend(
+        &self,
+        _at: Configuration<'_>,
+        _v: &[f64],
+        _z: &[f64],
+        _by: [f64; 4],
+        _out: &mut dyn Entries,
+    ) {
+    }
     /// Emits `scale ∂f/∂z`, rows of coordinates, columns of all internal variables of the system:
     /// states of signals that the force reads.
     fn add_state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
@@ -193,6 +207,16 @@ pub trait Force: Send + Sync {
         scale: f64,
         out: &mut dyn Entries,
     );
+    /// See [`DiscreteForce::add_gauss_bend`].
+    fn add_bend(
+        &self,
+        _t: f64,
+        _motion: [&[f64]; 2],
+        _z: &[f64],
+        _by: [f64; 4],
+        _out: &mut dyn Entries,
+    ) {
+    }
     /// `out ← out + scale ∂f/∂t`.
     ///
     /// # Errors
@@ -252,6 +276,16 @@ impl<F: Force + ?Sized> Force for Arc<F> {
     ) -> Result<(), NoTimeSlope> {
         (**self).add_time_derivative(t, q, v, scale, out)
     }
+    fn add_bend(
+        &self,
+        t: f64,
+        motion: [&[f64]; 2],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        (**self).add_bend(t, motion, z, by, out);
+    }
     fn acts_from_ground(&self) -> bool {
         (**self).acts_from_ground()
     }
@@ -277,6 +311,30 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         // of (h/2) f(q_{n+1/2}, Δq/h): (h/4) f_q ± ½ f_v
         self.0.add_position_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.25 * s.h, out);
         self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * by.sign(), out);
+    }
+
+    fn add_bend(
+        &self,
+        s: &Interval,
+        [y_0, y_1]: [&[f64]; 2],
+        [i, j]: [Slot; 2],
+        out: &mut dyn Entries,
+    ) {
+        let sum: Vec<f64> = y_0.iter().zip(y_1).map(|(a, b)| a + b).collect();
+        let [a, b] = [i, j].map(|slot| slot.sign() / s.h);
+        let by = [0.25, 0.5 * b, 0.5 * a, a * b].map(|by| 0.5 * s.h * by);
+        self.0.add_bend(s.t_mid(), [&s.q_mid, &s.v_mid], &sum, by, out);
+    }
+
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        self.0.add_bend(at.t, [at.q, v], z, by, out);
     }
 
     fn add_step_slope(

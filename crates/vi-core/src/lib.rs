@@ -104,7 +104,7 @@ mod vectors;
 
 pub use composition::Composition;
 pub use configuration::Configuration;
-pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem};
+pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem, Working};
 pub use interval::{Interval, Slot, StepChange};
 pub use legendre::Energies;
 pub use mechanical_system::MechanicalSystem;

@@ -29,6 +29,8 @@ pub trait Potential: Send + Sync {
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries);
+    /// See [`DiscretePotential::add_third`].
+    fn add_third(&self, _q: &[f64], _z: &[f64], _scale: f64, _out: &mut dyn Entries) {}
     /// `w` where `V(q) = −w·q` is linear, shape `n`.
     fn constant_force(&self) -> Option<&[f64]> {
         None
@@ -104,6 +106,19 @@ pub trait DiscretePotential: Send + Sync {
     fn add_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// Emits `scale ∇²V(q)`; always the same places in the same order.
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries);
+    /// Emits `scale ∂²(y_0·D_1U_d + y_1·D_2U_d)/∂q_i∂q_j`, rows of the first of both slots, where
+    /// third derivatives are known: nothing else.
+    fn add_bend(
+        &self,
+        _s: &Interval,
+        _y: [&[f64]; 2],
+        _slots: [Slot; 2],
+        _scale: f64,
+        _out: &mut dyn Entries,
+    ) {
+    }
+    /// Emits `scale ∂³V/∂q³ z`, symmetric, where it is known: nothing else.
+    fn add_third(&self, _at: Configuration<'_>, _z: &[f64], _scale: f64, _out: &mut dyn Entries) {}
     /// `w` where `V(q) = −w·q` is linear, and `D_1 U_d = D_2 U_d = −w/2`; shape `n`.
     fn constant_force(&self) -> Option<&[f64]> {
         None
@@ -176,6 +191,20 @@ impl<V: Potential> DiscretePotential for Midpoint<V> {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
     }
+    fn add_bend(
+        &self,
+        s: &Interval,
+        [y_0, y_1]: [&[f64]; 2],
+        _slots: [Slot; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let sum: Vec<f64> = y_0.iter().zip(y_1).map(|(a, b)| a + b).collect();
+        self.0.add_third(&s.q_mid, &sum, 0.125 * scale, out);
+    }
+    fn add_third(&self, at: Configuration<'_>, z: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_third(at.q, z, scale, out);
+    }
     fn constant_force(&self) -> Option<&[f64]> {
         self.0.constant_force()
     }
@@ -215,6 +244,22 @@ impl<V: Potential> DiscretePotential for Trapezoidal<V> {
     }
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         self.0.add_hessian(at.q, scale, out);
+    }
+    fn add_bend(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        [i, j]: [Slot; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        if i == j {
+            let (q, y) = if i == Slot::First { (&s.q0, y[0]) } else { (&s.q1, y[1]) };
+            self.0.add_third(q, y, 0.5 * scale, out);
+        }
+    }
+    fn add_third(&self, at: Configuration<'_>, z: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.0.add_third(at.q, z, scale, out);
     }
     fn constant_force(&self) -> Option<&[f64]> {
         self.0.constant_force()

@@ -10,7 +10,7 @@ use crate::sparse::Entries;
 use nalgebra::DMatrix;
 
 /// Rates of `m` continuous states at a node, and their slopes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct StateRates {
     /// Where the states stand among all internal variables, shape `m`.
     pub places: Vec<usize>,

@@ -217,7 +217,7 @@ fn changed(
                 }
             }
             ElementForce::Coordinates(force) if changes => match tangent.dampers.first() {
-                Some(damper) => {
+                Some((_, damper)) => {
                     let between = evaluated(&damper.between, e);
                     let damping = damper.damping.re + e * damper.damping.eps;
                     *force = Arc::new(Damper { between, damping });
@@ -336,7 +336,8 @@ fn tangents(
     let mut of_element = |element, name: String, tangent| list.push((name, tangent, Some(element)));
     for (k, spring) in forces.joint_springs.iter().enumerate() {
         let place = spring.coordinate.place().unwrap();
-        let change = EffortChange::of_spring(place, [spring.stiffness, spring.rest], [1.0, 0.4]);
+        let change =
+            EffortChange::of_spring("", place, [spring.stiffness, spring.rest], [1.0, 0.4]);
         let tangent = MechanismTangent { efforts: vec![change], ..MechanismTangent::default() };
         of_element(Element::Spring(k), format!("joint spring {k}"), tangent);
     }
@@ -346,7 +347,7 @@ fn tangents(
             ElementForce::Joint(force) => {
                 let (joint, freedom) = force.coordinate.place().unwrap();
                 let by = Arc::new(|_, _, rate: f64| -rate);
-                tangent.efforts.push(EffortChange { joint, freedom, by });
+                tangent.efforts.push(EffortChange { force: String::new(), joint, freedom, by });
             }
             ElementForce::Body(_) => {
                 let change = LoadChange {
@@ -361,11 +362,13 @@ fn tangents(
                 let to = Form::point(60, &Vector3::new(0.0, 0.3, 0.4));
                 let by = Form::vector(60, &Vector3::new(0.3, 0.0, 0.2));
                 let between = to.minus(&from).with_tangent(&by);
-                tangent.dampers.push(Damper { between, damping: Dual64::new(0.9, 0.5) });
+                tangent
+                    .dampers
+                    .push((String::new(), Damper { between, damping: Dual64::new(0.9, 0.5) }));
             }
             _ => {
                 let load = particle_load(mechanism, Vector3::y());
-                tangent.forces.push(Arc::new(MidpointForce(load)));
+                tangent.forces.push((String::new(), Arc::new(MidpointForce(load))));
             }
         }
         of_element(Element::Force(k), format!("force {k} `{}`", own.name), tangent);

@@ -251,6 +251,26 @@ impl Load {
     }
 }
 
+impl Load {
+    /// Emits the second derivatives of `½ scale Σ_I Y_I·(τ × d_I)`, `τ = τ_J d̄_J`, by directors of
+    /// two ends, rows those of the first, `y` those of each; nothing of torques that keep their
+    /// direction.
+    fn add_torque_bends(&self, scale: f64, y: [&[f64]; 2], out: &mut dyn Entries) {
+        if self.kind == LoadKind::Dead {
+            return;
+        }
+        // Y·(a × b) = −aᵀ Ŷ b
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            let [row, column] = [i, j].map(|k| self.offset + 3 + 3 * k);
+            let [of_row, of_column] =
+                [(y[0], i), (y[1], j)].map(|(y, k)| director(self.of_frame(y), k));
+            let by_torque = -0.5 * scale * self.torque[i] * of_column; // d̄_i in rows
+            let by_arm = 0.5 * scale * self.torque[j] * of_row; // d_i in rows
+            cross(out, row, column, &(by_torque + by_arm));
+        }
+    }
+}
+
 /// `out ← out + scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` with the directors of `frame`.
 pub fn add_wrench(scale: f64, Wrench { force, torque }: Wrench, frame: &[f64], out: &mut [f64]) {
     for k in 0..3 {
@@ -318,6 +338,23 @@ impl DiscreteForce for Load {
                 cross(out, row, column, &(-factor * director(frame, i)));
             }
         }
+    }
+
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
+        let y = slots.map(|slot| if slot == Slot::First { y[0] } else { y[1] });
+        let scale = 0.25 * s.h * self.history.value(s.t_mid()); // (h/2) c, and ∂d̄_J/∂d_J = ½ I
+        self.add_torque_bends(scale, y, out);
+    }
+
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        _v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        self.add_torque_bends(by[0] * self.history.value(at.t), [z; 2], out);
     }
 
     fn add_step_slope(

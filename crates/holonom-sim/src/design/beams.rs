@@ -24,7 +24,7 @@ const LONGEST: f64 = 2.0;
 
 impl Chain<'_> {
     /// All beams.
-    pub(super) fn beams(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
+    pub(super) fn beams(&self, out: &mut ModelTangent) -> Result<(), ModelError> {
         let mut changes = Vec::new();
         for (beam, parts) in self.stated.beams.iter().zip(&self.system.beams.list) {
             self.beam(beam, parts, &mut changes)?;
@@ -64,8 +64,10 @@ impl Chain<'_> {
             let help = "state damping of all strains, or of none with the same time";
             return Err(refused("beam", what, help));
         }
-        out.masses.clone_from(found.masses());
-        out.elements = Some(Arc::new(found));
+        out.numbers.masses.clone_from(found.masses());
+        let found = Arc::new(found);
+        out.numbers.elements = Some(found.clone());
+        out.elements = Some(found);
         Ok(())
     }
 
@@ -156,7 +158,8 @@ impl Chain<'_> {
         let history = TimeFunctions::new(self.model).history("", &load.history);
         let System { beams, dynamics, .. } = self.system;
         let loads = loads_along(load, by, &history, (&dynamics.parts, &beams.list))?;
-        out.forces.extend(loads.into_iter().map(|own| Arc::new(own) as _));
+        let named = |own| (load.name.clone(), Arc::new(own) as _);
+        out.forces.extend(loads.into_iter().map(named));
         Ok(())
     }
 }

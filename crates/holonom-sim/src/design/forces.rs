@@ -17,6 +17,7 @@ use vi_rigid::load::LoadChange;
 
 use crate::system::input::Input;
 use crate::system::time_function::{Path, TimeFunctions};
+use crate::system::works::force_of;
 
 impl Chain<'_> {
     /// Everything that acts.
@@ -77,7 +78,8 @@ impl Chain<'_> {
         }
         if damping.eps != 0.0 || (!still && damping.re != 0.0) {
             let between: &Form = &self.system.dynamics.forces.springs[k].between;
-            out.dampers.push(Damper { between: between.with_tangent(&change), damping });
+            let damper = Damper { between: between.with_tangent(&change), damping };
+            out.dampers.push((spring.name.clone(), damper));
         }
     }
 
@@ -88,15 +90,16 @@ impl Chain<'_> {
         let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
         let mut add = |part, freedom, by: EffortTangent| {
             out.drives.push((k, part, by.clone()));
-            out.numbers.efforts.push(EffortChange { joint: k, freedom, by });
+            let force = force_of(&joint.name, part);
+            out.numbers.efforts.push(EffortChange { force, joint: k, freedom, by });
         };
         if let Some(own) = joint.spring.as_ref().filter(|own| own.table.is_none()) {
             let stiffness = number("spring.stiffness", own.stiffness);
             let rest = number("spring.rest", own.rest);
             if stiffness.eps != 0.0 || rest.eps != 0.0 {
                 let by = [stiffness.eps, rest.eps];
-                let change =
-                    EffortChange::of_spring((k, own.freedom), [own.stiffness, own.rest], by);
+                let (place, numbers) = ((k, own.freedom), [own.stiffness, own.rest]);
+                let change = EffortChange::of_spring("", place, numbers, by);
                 add("spring", own.freedom, change.by);
             }
         }
@@ -215,7 +218,7 @@ impl Chain<'_> {
                     (mechanism.particle_offset(k), mechanism.description().dimension);
                 let history = TimeFunctions::new(self.model).history("", &load.history);
                 let load = ParticleLoad { offset, dimension, force, history };
-                out.forces.push(Arc::new(MidpointForce(load)));
+                out.forces.push((name.to_owned(), Arc::new(MidpointForce(load))));
             }
             return;
         }

@@ -16,7 +16,7 @@ use holonom_model::{
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
-use vi_multibody::builder::{ElementForce, ForceElements};
+use vi_multibody::builder::ForceElements;
 use vi_multibody::design::MechanismTangent;
 use vi_multibody::mechanism::Mechanism;
 
@@ -263,22 +263,11 @@ impl Chain<'_> {
     ) -> Result<(), ModelError> {
         let stored =
             |all: &ForceElements, name: &str| all.bushings.iter().any(|own| own.name == name);
-        let of_run = &self.system.dynamics.forces;
+        let dynamics = &self.system.dynamics;
+        let of_run = &dynamics.forces;
+        let signals = dynamics.variational(&self.system.mechanism).places_of_signals().start;
         for own in forces.forces.iter().filter(|own| changed.contains(&own.name)) {
-            let states = match &own.force {
-                ElementForce::Law(law) => &law.reading.states,
-                ElementForce::Six(six) => &six.reading.states,
-                _ => &Vec::new(),
-            };
-            if !states.is_empty() {
-                let what = format!(
-                    "the derivative by `{}` of `{}`, which reads signals with states",
-                    self.formulas.name(),
-                    own.name
-                );
-                return Err(refused(&own.name, what, LEAVE_OUT));
-            }
-            out.forces.push(Arc::from(own.force.discrete(0)));
+            out.forces.push((own.name.clone(), Arc::from(own.force.discrete(signals))));
         }
         for own in forces.bushings.iter().filter(|own| changed.contains(&own.name)) {
             if stored(forces, &own.name) && !stored(of_run, &own.name) {

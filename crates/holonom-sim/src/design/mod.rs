@@ -26,6 +26,8 @@ use holonom_model::{
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use vi_beam::design::ElementsTangent;
 use vi_core::SparseMatrix;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ForceElements;
@@ -58,6 +60,8 @@ pub struct ModelTangent {
     pub drives: Vec<(usize, &'static str, EffortTangent)>,
     /// Laws and bushings that change, their expressions replaced by derivatives.
     pub acting: ForceElements,
+    /// Elements of beams.
+    pub(crate) elements: Option<Arc<ElementsTangent>>,
 }
 
 impl std::fmt::Debug for ModelTangent {
@@ -209,7 +213,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found)?;
-        self.beams(&mut found.numbers)?;
+        self.beams(&mut found)?;
         self.expressions(&mut found)?;
         self.sensors(&mut found);
         self.fixed_in_space()?;
@@ -323,6 +327,15 @@ pub(crate) fn mechanism_design(
 ) -> Result<MechanismDesign, ModelError> {
     let System { mechanism, dynamics, .. } = system;
     let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-    MechanismDesign::new(mechanism, &dynamics.forces, mass, dynamics.quadrature, &numbers)
-        .map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
+    let forces = &dynamics.forces;
+    let found = MechanismDesign::new(mechanism, forces, mass, dynamics.quadrature, &numbers);
+    let with_works = |own: MechanismDesign| {
+        if dynamics.works.is_empty() {
+            return Ok(own);
+        }
+        let places = dynamics.variational(mechanism).places_of_works();
+        let works = places.zip(dynamics.works.iter().map(|own| own.force.as_str()));
+        own.with_works((mechanism, forces), mass, &numbers, works)
+    };
+    found.and_then(with_works).map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

@@ -1,7 +1,10 @@
 //! Gradients by numbers of beams and of relaxed starts against central differences of whole runs,
 //! and what is refused.
 
+use super::Wanted;
 use super::beam_models::{BLADE, CANTILEVER, CHAIN, FLYING, LINKAGE, ROPE};
+use super::force_models::without_objectives;
+use super::force_tests::{PATH, Worst, sensing};
 use super::prepared::{Begin, Prepared};
 use super::tests::found;
 use crate::design;
@@ -237,4 +240,52 @@ fn a_kink_of_the_added_mass_is_refused_where_mass_is_added() {
     );
     let averaged = changed(&round, &[("end = 0.1", "end = 0.1, strain = \"averaged\"")]);
     check("averaged", &averaged, 1e-6);
+}
+
+/// A cantilever with a load along it that turns with it.
+fn rod(strain: &str, element: &str) -> String {
+    let strain = format!("end = 0.1, strain = \"{strain}\" }}");
+    let element = format!("elements = 4\nelement = \"{element}\"");
+    let text = without_objectives(CANTILEVER);
+    let load = "[[load]]\nname = \"tug\"\nbeam = \"rod\"\nat = 0.3\n\
+                force = [\"= 0.3*line\", 2.0, -4.0]\nframe = \"body\"\n";
+    changed(&text, &[("end = 0.1 }", &strain), ("elements = 4", &element)]) + load
+}
+
+/// Strains and section forces in the middle of an element, and between those of mean directors.
+#[test]
+fn sections_of_beams_agree_with_differences() {
+    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    for (strain, element, place, at) in [
+        ("averaged", "helicoidal", "element = 1\n", ""),
+        ("averaged", "helicoidal", "element = 2\n", PATH),
+        ("mass_scaled", "helicoidal", "element = 0\n", ""),
+        ("mass_scaled", "second_order", "element = 0\n", PATH),
+        ("averaged", "mean_directors", "at = 0.4\n", PATH),
+    ] {
+        let text = rod(strain, element);
+        for kind in ["section_force", "strain"] {
+            for part in ["0", "2", "4"] {
+                let sensor = format!("type = \"{kind}\"\nof = \"rod\"\n{place}");
+                let what = format!("{kind} {part} of {element}, {strain}, {place}{at}");
+                worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
+            }
+        }
+    }
+    let wing = without_objectives(FLYING);
+    for (kind, part) in [("section_force", "3"), ("strain", "5")] {
+        let sensor = format!("type = \"{kind}\"\nof = \"wing\"\nelement = 1\n");
+        let text = sensing(&wing, &sensor, part, PATH);
+        worst.compare_within(&format!("{kind} of the wing"), &text, &all, 1e-8);
+    }
+}
+
+/// Within an element the inertia of the beam enters.
+#[test]
+fn sections_within_elements_are_refused() {
+    let sensor = "type = \"section_force\"\nof = \"rod\"\nat = 0.35\n";
+    let text = sensing(&rod("averaged", "helicoidal"), sensor, "0", "");
+    let error = found(&text, false).unwrap_err().to_string();
+    println!("{error}");
+    assert!(error.contains("`seen` within an element"), "{error}");
 }

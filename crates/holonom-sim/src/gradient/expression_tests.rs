@@ -239,11 +239,6 @@ fn expressions_without_a_derivative_are_refused_by_their_key() {
             ["signal.s.filter.of", "signal with states"],
         ),
         (
-            "[[signal]]\nname = 's'\nfilter = { of = 'elbow', time_constant = 0.1 }\n\
-             [[law]]\nname = 'l'\njoint = 'elbow'\neffort = '-k*s'",
-            ["`l`", "signals with states"],
-        ),
-        (
             // the slope of the root is infinite
             "[[law]]\nname = 'l'\njoint = 'shoulder'\neffort = '-sqrt(k - 6)*x'",
             ["the derivative by `k`", "is not finite"],

@@ -148,6 +148,50 @@ force = ["-c*vx", "0", "-k*z"]
 axes = "body"
 "#;
 
+/// Laws and a bushing that read signals with states, beside [`held`].
+pub(super) const LAGGING: &str = r#"
+[[signal]]
+name = "slow"
+filter = { of = "slide", time_constant = 0.05 }
+[[signal]]
+name = "steers"
+pid = { of = "0.2*shoulder - slide", proportional = 4.0, integral = 30.0, derivative = 0.3, filter = 0.04 }
+[[signal]]
+name = "grows"
+value = "k*slow^2 + sin(shoulder)"
+[[law]]
+name = "lags"
+joint = "slide"
+effort = "-k*slow - 2*x + steers"
+[[law]]
+name = "swims"
+on = "box"
+force = ["-c*vx*(1 + slow)", "steers", "-k*slow*z"]
+[[bushing]]
+name = "slack"
+from = "ground"
+to = "box"
+position = [0.1, 3.0, 0.2]
+stiffness = ["100*k*(1 + slow)", 900.0, 700.0, 5.0, "= k", 7.0]
+damping = [3.0, "9*c*(1 + slow)", 2.0, 0.1, 0.1, 0.2]
+"#;
+
+/// Sensors of these: type, of what, choices, numbers.
+pub(super) const LAGS: [(&str, &str, &str, &[&str]); 12] = [
+    ("effort", "lags", "", &[""]),
+    ("effort", "swims", "", &["fx", "fz"]),
+    ("effort", "slack", "", &["fx", "fy"]),
+    ("power", "lags", "", &[""]),
+    ("power", "swims", "", &[""]),
+    ("power", "slack", "", &[""]),
+    ("work", "lags", "", &[""]),
+    ("work", "swims", "", &[""]),
+    ("work", "slack", "", &[""]),
+    ("acceleration", "lower", "", &["z"]),
+    ("joint_acceleration", "slide", "", &[""]),
+    ("expression", "", "value = \"k*slow + steers*slide.rate - grows\"\n", &[""]),
+];
+
 /// [`FORCES`] with [`READING`], the geometry held.
 pub(super) fn held() -> String {
     let text = format!("{FORCES}{READING}").replace("\nlength = 0.8\n", "\n");
@@ -197,6 +241,30 @@ pub(super) const EFFORTS: [(&str, &str, &[&str]); 19] = [
     ("power", "follows", &[""]),
     ("power", "lifts", &[""]),
 ];
+
+/// Sensors of works: of what, and their numbers.
+pub(super) const WORKS: [(&str, &[&str]); 11] = [
+    ("shoulder", &["spring", "damper", "bumper", "friction", "motor"]),
+    ("slide", &["spring", "damper"]),
+    ("tie", &[""]),
+    ("mount", &[""]),
+    ("along", &[""]),
+    ("pulls", &[""]),
+    ("blows", &[""]),
+    ("lifts", &[""]),
+    ("push", &[""]),
+    ("weighs", &[""]),
+    ("drags", &[""]),
+];
+
+/// A load on a point mass, beside [`LOADS`].
+pub(super) const DRAGGED: &str = r#"
+[[load]]
+name = "drags"
+body = "end"
+force = ["= k", "= -c", 0.3]
+history = "sin(k*t)"
+"#;
 
 /// Sensors of orientations: of what, and seen from where.
 pub(super) const ORIENTATIONS: [(&str, &str); 2] =

@@ -2,8 +2,9 @@
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
 use super::force_models::{
-    ACCELERATIONS, BALLS, DRIVEN, EFFORTS, FORCES, HELD, LOADS, ORIENTATIONS, REACTIONS, THREADED,
-    TURNS, conservative, far, held, without_controls, without_objectives,
+    ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
+    ORIENTATIONS, REACTIONS, THREADED, TURNS, WORKS, conservative, far, held, without_controls,
+    without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
@@ -129,6 +130,17 @@ pub(super) fn apart([parameters, initial, controls]: &[Vec<f64>; 3], of: &ModelG
 impl Worst {
     /// Compares a case, with all its derivatives.
     pub(super) fn compare(&mut self, what: &str, text: &str, wanted: &Wanted) -> ModelGradient {
+        self.compare_within(what, text, wanted, 1e-9)
+    }
+
+    /// The same, derivatives within `allowed` of differences.
+    pub(super) fn compare_within(
+        &mut self,
+        what: &str,
+        text: &str,
+        wanted: &Wanted,
+        allowed: f64,
+    ) -> ModelGradient {
         let source = ModelText::from_text(Path::new("model.toml"), text);
         let model = source.model(&[]).unwrap_or_else(|error| panic!("{what}: {error}"));
         let found = gradient(&source, &[], &model, wanted);
@@ -144,7 +156,7 @@ impl Worst {
         assert!(apart <= 1e-11, "{what}: {apart:e}");
         self.forward = self.forward.max(apart);
         assert!(!found.checks.is_empty() && found.value > 0.0, "{what}");
-        assert!(found.worst() <= 1e-9, "{what}: {:#?}", found.checks);
+        assert!(found.worst() <= allowed, "{what}: {:#?}", found.checks);
         assert!(off <= 1e-12, "{what}: {} for {shown}", found.value);
         self.value = self.value.max(off);
         self.differences = self.differences.max(found.worst());
@@ -199,6 +211,82 @@ fn efforts_along_the_path_agree_with_differences() {
     compare_efforts(PATH);
 }
 
+/// Compares all works, counted there.
+fn compare_works(text: &str, at: &str) {
+    let mut worst = Worst::default();
+    for (of, parts) in WORKS {
+        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
+        for part in parts {
+            let text = sensing(text, &sensor, part, at);
+            worst.compare(&format!("work of {of}.{part} {at}"), &text, &Wanted::everything());
+        }
+    }
+}
+
+/// Along the path the work up to each node counts.
+#[test]
+fn works_agree_with_differences() {
+    let text = format!("{FORCES}{LOADS}{DRAGGED}");
+    compare_works(&text, "");
+    compare_works(&text, PATH);
+}
+
+/// In Galerkin steps works are sums over their Gauss nodes.
+#[test]
+fn works_in_galerkin_steps_agree_with_differences() {
+    let text = without_controls(&format!("{FORCES}{LOADS}{DRAGGED}"));
+    let text = by(&text, "method = \"galerkin\"\norder = 4\n");
+    compare_works(&text, "");
+    let mut worst = Worst::default();
+    for (of, part) in [("shoulder", "damper"), ("tie", ""), ("mount", ""), ("pulls", "")] {
+        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
+        let text = sensing(&text, &sensor, part, PATH);
+        worst.compare(&format!("work of {of}.{part}"), &text, &Wanted::everything());
+    }
+}
+
+/// In sub-steps, in a closed loop, and in one expression with other numbers.
+#[test]
+fn works_of_other_runs_agree_with_differences() {
+    let mut worst = Worst::default();
+    let loops = without_objectives(LINKAGE);
+    let free = by(&without_controls(&conservative()), "order = 4\n");
+    let held = held();
+    for (text, of, part) in [
+        (&loops, "pin", "damper"),
+        (&loops, "pivot", "spring"),
+        (&free, "shoulder", "spring"),
+        (&free, "tie", ""),
+        (&far(), "far", ""),
+        (&held, "soft", ""),
+        (&held, "follows", ""),
+    ] {
+        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
+        for at in ["", PATH] {
+            let text = sensing(text, &sensor, part, at);
+            worst.compare(&format!("work of {of}.{part} {at}"), &text, &Wanted::everything());
+        }
+    }
+    let more = "[[sensor]]\nname = \"done\"\ntype = \"work\"\nof = \"shoulder\"\n\
+                [[sensor]]\nname = \"felt\"\ntype = \"acceleration\"\nof = \"lower\"\n\
+                [[sensor]]\nname = \"held\"\ntype = \"work\"\nof = \"tie\"\n";
+    let sensor = "type = \"expression\"\nvalue = \"done.motor*held + k*felt.x*done.spring\"\n";
+    for at in ["", PATH] {
+        let text = sensing(&format!("{FORCES}{more}"), sensor, "", at);
+        worst.compare(&format!("expression {at}"), &text, &Wanted::everything());
+    }
+}
+
+/// Of what reads signals with states, which are internal variables of the run.
+#[test]
+fn sensors_beside_signals_with_states_agree_with_differences() {
+    let text = held() + LAGGING;
+    compare_all(&text, &LAGS, "");
+    compare_all(&text, &LAGS, PATH);
+    let text = by(&without_controls(&text), "method = \"galerkin\"\norder = 4\n");
+    compare_all(&text, &LAGS, "");
+}
+
 #[test]
 fn orientations_agree_with_differences() {
     let mut worst = Worst::default();
@@ -227,7 +315,6 @@ fn orientations_agree_with_differences() {
 fn sensors_without_derivatives_are_refused_with_a_remedy() {
     let held = held();
     for (kind, of, part, remedy) in [
-        ("work", "tie", "", "the power along the path"),
         ("effort", "shoulder", "", "seen.spring, seen.damper, seen.bumper"),
         ("effort", "shoulder", "brake", "seen.spring, seen.damper, seen.bumper"),
         ("orientation", "box", "", "seen.w, seen.x, seen.y, seen.z"),
@@ -254,7 +341,8 @@ fn by(text: &str, steps: &str) -> String {
 fn compare_all(text: &str, all: &[(&str, &str, &str, &[&str])], at: &str) {
     let mut worst = Worst::default();
     for (kind, of, more, parts) in all {
-        let sensor = format!("type = \"{kind}\"\nof = \"{of}\"\n{more}");
+        let of_what = if of.is_empty() { String::new() } else { format!("of = \"{of}\"\n") };
+        let sensor = format!("type = \"{kind}\"\n{of_what}{more}");
         for part in *parts {
             let text = sensing(text, &sensor, part, at);
             worst.compare(&format!("{kind} of {of}.{part} {more}"), &text, &Wanted::everything());
@@ -464,12 +552,14 @@ fn forces_by_the_time_step_agree_with_differences() {
 fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
     let cut = "type = \"reaction\"\nof = \"cut\"\n";
     let pin = "type = \"joint_acceleration\"\nof = \"pin\"\n";
-    for (sensor, part) in [(cut, "fx"), (pin, "")] {
-        same_bits_with_checkpoints(&sensing(&without_objectives(LINKAGE), sensor, part, PATH));
+    let done = "type = \"work\"\nof = \"pin\"\n";
+    for (sensor, part, by_step) in [(cut, "fx", true), (pin, "", true), (done, "damper", false)] {
+        let text = sensing(&without_objectives(LINKAGE), sensor, part, PATH);
+        same_bits_with_checkpoints(&text, by_step);
     }
 }
 
-fn same_bits_with_checkpoints(text: &str) {
+fn same_bits_with_checkpoints(text: &str, by_step: bool) {
     let source = ModelText::from_text(Path::new("model.toml"), text);
     let model = source.model(&[]).unwrap();
     let mut all = Vec::new();
@@ -484,7 +574,7 @@ fn same_bits_with_checkpoints(text: &str) {
         let design =
             crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
         let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
-        let (steps, design, by_step) = (prepared.steps, Some(&design as _), true);
+        let (steps, design) = (prepared.steps, Some(&design as _));
         let task = Task { steps, objective, controls, design, by_step, checkpoints };
         let run = prepared.simulation.integrator();
         let start = run.state().clone();

@@ -41,12 +41,10 @@ use objective::Costs;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
 use trial::{InitialCoordinate, StatedStart};
-use vi_constraints::linearization::Tangent;
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
 use vi_control::objective::Objective;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
-use vi_core::linear::dot;
 use vi_multibody::design::start::{self, StartTangent};
 use vi_multibody::joint_coordinate::JointCoordinate;
 
@@ -295,8 +293,7 @@ pub fn gradient(
     let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
     let run = &*run;
     let along = |own: &StartTangent, parameter: Option<&ModelTangent>| {
-        let (by, Tangent { q, p, z }) = (&found.initial, begin.tangent(run, own, parameter));
-        dot(&by.q, &q) + dot(&by.p, &p) + dot(&by.z, &z)
+        found.initial.along(&begin.tangent(run, own, parameter))
     };
     let by_parameter = |(k, own): (usize, &ModelTangent)| ByParameter {
         name: own.name.clone(),

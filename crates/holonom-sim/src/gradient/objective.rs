@@ -7,7 +7,9 @@ use crate::system::System;
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, Sensor};
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
-use vi_control::objective::{self, Effort, Objective, Running, StepGradient, Term, Terminal, Time};
+use vi_control::objective::{
+    self, Effort, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
+};
 use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;

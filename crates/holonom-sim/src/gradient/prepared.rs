@@ -3,12 +3,13 @@
 use super::objective::Costs;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::{ModelTangent, refused};
-use crate::shown::sensors_read;
+use crate::shown::{all_read, sensors_read, work};
 use crate::simulation::Simulation;
 use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};
 use crate::system::input::Input;
 use crate::system::outside::{JointStart, Outside};
+use crate::system::works::ForceWork;
 use crate::system::{self, System};
 use holonom_model::{Control, Model, ModelError, SensorKind};
 use vi_constraints::linearization::Tangent;
@@ -72,7 +73,8 @@ impl Prepared {
         let steps = steps as usize;
         let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let counted = [counted(model), start.counted.clone()].concat();
-        let outside = Outside { inputs: inputs.clone(), counted, ..start.clone() };
+        let works = [works(model, of), start.works.clone()].concat();
+        let outside = Outside { inputs: inputs.clone(), counted, works, ..start.clone() };
         let mut system = system::build_with(model, &outside)?;
         let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
         let mut rows = vec![vec![0.0; inputs.len()]; steps];
@@ -258,13 +260,23 @@ fn counted(model: &Model) -> Vec<(String, usize)> {
     let inner = model.sensors.iter().flat_map(|own| sensors_read(model, &own.name));
     let all = model.sensors.iter().cloned().chain(inner);
     let shown = all.filter(|own| {
-        matches!(own.kind, SensorKind::JointCoordinate | SensorKind::Effort | SensorKind::Power)
+        matches!(
+            own.kind,
+            SensorKind::JointCoordinate | SensorKind::Effort | SensorKind::Power | SensorKind::Work
+        )
     });
     let all = shown.flat_map(|own| {
         let count = model.joint(&own.of).map_or(0, |joint| joint.pair().coordinate_count());
         (0..count).map(move |freedom| (own.of.clone(), freedom))
     });
     all.collect()
+}
+
+/// The forces whose works the objectives of these names count, all where there are none.
+fn works(model: &Model, of: &[String]) -> Vec<String> {
+    let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
+    let names = chosen.filter_map(|own| own.sensor.as_deref());
+    work::forces_of(model, all_read(model, names).iter())
 }
 
 /// Refuses what has no derivative, by its key.
@@ -292,6 +304,7 @@ pub(crate) struct Begin {
     pub(crate) t: f64,
     how: How,
     kept: Vec<TreeCoordinate>,
+    works: Vec<ForceWork>,
     /// Of the model itself, where joints are given.
     own: Option<Box<Self>>,
 }
@@ -317,10 +330,12 @@ impl Begin {
                 let stated_v = StartValues::of(model, mechanism, &Outside::default())?.v;
                 let StartValues { q, v, how, .. } = StartValues::consistent(model, mechanism)?;
                 let (mass, rows, kept) = (mass.clone(), rows.clone(), Vec::new());
-                Some(Box::new(Self { mass, rows, q, v, stated_v, t, how, kept, own: None }))
+                let (works, own) = (Vec::new(), None);
+                Some(Box::new(Self { mass, rows, q, v, stated_v, t, how, kept, works, own }))
             }
         };
-        Ok(Self { mass, rows, q, v, stated_v, t, how, kept: stated.kept, own })
+        let (kept, works) = (stated.kept, system.dynamics.works.clone());
+        Ok(Self { mass, rows, q, v, stated_v, t, how, kept, works, own })
     }
 
     pub(crate) fn rows(&self) -> &IndependentRows {
@@ -344,6 +359,13 @@ impl Begin {
         let mut z = run.system().internal_change_at_start(at, &self.v, [q, v]);
         if let Some(elements) = own.and_then(|own| own.numbers.elements.as_ref()) {
             elements.add_begin(&self.q, &mut z);
+        }
+        // V_θ(q_0)
+        let places = run.system().places_of_works();
+        for (place, work) in places.zip(&self.works).filter(|_| own.is_some()) {
+            let (Some(stored), Some(own)) = (&work.stored, own) else { continue };
+            let by = stored.by_parameter(&work.force, run.constraints(), own);
+            z[place] += by.map_or(0.0, |by| by(at));
         }
         Tangent { q: q.clone(), p: p.clone(), z }
     }

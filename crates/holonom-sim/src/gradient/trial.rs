@@ -4,7 +4,7 @@ use super::prepared::{Begin, Prepared};
 use crate::design::start::GivenJoint;
 use crate::design::{self, refused};
 use crate::shown::configuration::{Measured, Sensed};
-use crate::shown::{Shown, depends_on, forces, named};
+use crate::shown::{Shown, all_read, depends_on, forces, named, work};
 use crate::start::StartValues;
 use crate::system;
 use crate::system::outside::{JointStart, Outside};
@@ -157,7 +157,9 @@ impl ModelTrials<'_> {
     pub(crate) fn trial(&self, theta: &[f64]) -> Result<Trial, ModelError> {
         let overrides = self.overrides(theta);
         let model = self.text.model(&overrides)?;
-        let with = (&[][..], &self.outside(theta));
+        let read = self.reads.iter().map(|own| own.sensor.as_str());
+        let works = work::forces_of(&model, all_read(&model, read).iter());
+        let with = (&[][..], &Outside { works, ..self.outside(theta) });
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
         let read =

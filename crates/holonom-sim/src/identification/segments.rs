@@ -203,7 +203,7 @@ fn begins_anew(trials: &ModelTrials<'_>, theta: &[f64]) -> Result<(), IdentifyEr
         return Ok(());
     }
     let what = "segments of a run whose state is more than joint coordinates and rates";
-    let help = "write segments = 1: signals and other forces with memory begin with the run";
+    let help = "write segments = 1: signals, works and forces with memory begin with the run";
     Err(refused(KEY, what, help).into())
 }
 

@@ -266,6 +266,8 @@ fn with_efforts() -> String {
     let sensors = "[[sensor]]\nname = \"pull\"\ntype = \"effort\"\nof = \"tie\"\n\
                    [[sensor]]\nname = \"attitude\"\ntype = \"orientation\"\nof = \"box\"\n\
                    [[measurement]]\nsensor = \"pull\"\nsigma = 0.3\n\
+                   [[sensor]]\nname = \"done\"\ntype = \"work\"\nof = \"tie\"\n\
+                   [[measurement]]\nsensor = \"done\"\nsigma = 0.05\n\
                    [[measurement]]\nsensor = \"attitude.w\"\nsigma = 0.01\n[identify]";
     let start = FLYING.find("[[measurement]]\nsensor = \"apart\"").unwrap();
     let end = FLYING.find("[[measurement]]\nsensor = \"place.x\"").unwrap();

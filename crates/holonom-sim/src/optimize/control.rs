@@ -92,8 +92,9 @@ impl<'a> ModelSetting<'a> {
             Some(own) => FinalTime::Free { min: own.min, max: own.max, guess: begins(model, own)? },
         };
         let steps = usize::try_from(model.settings.steps()).unwrap_or(usize::MAX);
-        let max_increment = MAX_INCREMENT;
-        let problem = Problem { steps, time, controls, costs, conditions, rest, max_increment };
+        let (method, max_increment) = (model.settings.method(), MAX_INCREMENT);
+        let problem =
+            Problem { steps, time, method, controls, costs, conditions, rest, max_increment };
         let beginning = Beginning::Line(vec![0.0; d]);
         let mut setting = Self { model, system, begin, problem, change, beginning };
         setting.beginning = match settings.guess.as_str() {

@@ -29,13 +29,6 @@ pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelE
         let help = "remove `parameters`, or the [[control]]";
         return refuse("optimize.parameters", "parameters beside controls", help);
     }
-    if model.settings.order != 2 {
-        return refuse(
-            "simulation.order",
-            "controls of a scheme of higher order",
-            "write order = 2",
-        );
-    }
     if model.is_nonsmooth() {
         let help = "remove contacts, stops and dry friction: their impulses have no derivative";
         return refuse("contact", "controls beside impulses", help);

@@ -104,7 +104,8 @@ pub(super) fn report(
         }
         Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
         Verdict::TurnsTooFar { step, turn } => {
-            vec![format!("{turn:.2} rad in step {step}: take more steps")]
+            let part = if motion.within[*step].is_empty() { "" } else { "a part of " };
+            vec![format!("{turn:.2} rad in {part}step {step}: take more steps")]
         }
         _ => Vec::new(),
     };

@@ -56,7 +56,7 @@ pub(crate) use view::{View, Works};
 use contact::ContactGauge;
 use observer::Observer;
 use power::Power;
-use section::SectionGauge;
+pub(crate) use section::SectionGauge;
 use work::Work;
 
 use crate::dynamics::Dynamics;
@@ -265,6 +265,11 @@ impl Sensors {
         }
     }
 
+    /// What reads the signals of the model; `None` without any.
+    pub(crate) fn signal_gauge(&self) -> Option<&SignalGauge> {
+        self.signals.as_ref()
+    }
+
     /// The columns of `sensors.csv`; empty without sensors.
     #[must_use]
     pub fn columns(&self) -> &[Column] {
@@ -300,6 +305,14 @@ impl Sensors {
     pub(crate) fn attitude(&self, name: &str) -> Option<&Attitude> {
         match self.gauge(name)? {
             Gauge::Orientation(attitude, _) => Some(attitude),
+            _ => None,
+        }
+    }
+
+    /// The section of a beam that a sensor reads.
+    pub(crate) fn section(&self, name: &str) -> Option<&SectionGauge> {
+        match self.gauge(name)? {
+            Gauge::Section(section) => Some(section),
             _ => None,
         }
     }

@@ -12,10 +12,10 @@ use vi_rigid::Load;
 
 /// What a sensor of section forces or strains reads.
 #[derive(Clone, Debug)]
-pub(super) struct SectionGauge {
-    parts: Arc<BeamElements>,
-    place: SectionPlace,
-    strains: bool,
+pub(crate) struct SectionGauge {
+    pub(crate) parts: Arc<BeamElements>,
+    pub(crate) place: SectionPlace,
+    pub(crate) strains: bool,
     gravity: Vector3<f64>, // γ, m/s²
     loads: Vec<BeamLoad>,
 }
@@ -67,19 +67,28 @@ impl SectionGauge {
     }
 
     /// Whether the inertia of the beam enters.
-    pub(super) fn needs_acceleration(&self) -> bool {
+    pub(crate) fn needs_acceleration(&self) -> bool {
         self.place.is_within_element()
     }
 
     pub(super) fn read(&self, at: &View<'_>, out: &mut Vec<f64>) {
-        let (t, gravity, loads) = (at.t, self.gravity, &self.loads);
-        let loads = LineLoads { t, acceleration: at.a, gravity, loads };
-        out.extend(self.place.read(&self.parts, at.q, &loads, |state| -> [f64; 6] {
+        out.extend(self.numbers(at.t, at.q, at.a));
+    }
+
+    /// What acts along the beam at a time, with the accelerations of all frames.
+    pub(crate) fn acting<'a>(&'a self, t: f64, acceleration: &'a [f64]) -> LineLoads<'a> {
+        LineLoads { t, acceleration, gravity: self.gravity, loads: &self.loads }
+    }
+
+    /// The six numbers.
+    pub(crate) fn numbers(&self, t: f64, q: &[f64], a: &[f64]) -> [f64; 6] {
+        let loads = self.acting(t, a);
+        self.place.read(&self.parts, q, &loads, |state| -> [f64; 6] {
             let [[a, b, c], [d, e, f]] = match self.strains {
                 false => [state.force, state.moment],
                 true => [state.shear_extension, state.curvature],
             };
             [a, b, c, d, e, f]
-        }));
+        })
     }
 }

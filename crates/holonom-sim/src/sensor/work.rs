@@ -10,6 +10,7 @@ use super::columns::PARTS;
 use super::view::View;
 use crate::system::joint_drive::{ElementLaw, JointDrive};
 use crate::system::time_function::TimeFunctions;
+use crate::system::works::force_of;
 use std::sync::Arc;
 use vi_core::potential::Potential;
 use vi_multibody::joint_motion::JointMotion;
@@ -80,7 +81,7 @@ impl Work {
                     }
                     _ => None,
                 });
-                Some(WorkPart::new(part, format!("{name}.{part}"), stored))
+                Some(WorkPart::new(part, force_of(name, part), stored))
             };
             return Some(Self { parts: PARTS.into_iter().filter_map(part).collect() });
         }

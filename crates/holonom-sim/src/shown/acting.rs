@@ -11,11 +11,12 @@
 
 use super::configuration::{Measured, Sensed};
 use super::{no_derivative, number_of};
-use crate::design::{ModelTangent, refused};
+use crate::design::ModelTangent;
 use crate::sensor::{Effort, columns_of};
 use crate::system::System;
 use crate::system::joint_drive::{ElementLaw, JointDrive};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use std::ops::Range;
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Slopes};
 use vi_control::objective::Quantity;
@@ -144,12 +145,14 @@ struct Stated {
     /// Of a bushing.
     name: Option<String>,
     part: usize,
+    signals: Range<usize>,
     by: Vec<ForceElements>, // the derivatives, in the order of the parameters
     moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
 }
 
 impl Stated {
     fn of(&self, forces: &ForceElements, at: Configuration<'_>, v: &[f64]) -> f64 {
+        let at = with_signals(at, &self.signals);
         match &self.name {
             Some(name) => forces.bushing_efforts(name, at, v).map_or(0.0, |own| own[self.part]),
             None => {
@@ -168,7 +171,9 @@ impl NodeQuantity for Stated {
         self.of(&self.forces, at, v)
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
-        let out = [out.q, out.v];
+        let at = with_signals(at, &self.signals);
+        let of_z = out.z.get_mut(self.signals.clone()).unwrap_or_default();
+        let out = [out.q, out.v, of_z];
         match &self.name {
             Some(name) => {
                 let w = Vector6::ith(self.part, scale);
@@ -197,24 +202,17 @@ impl NodeQuantity for Stated {
 /// What a law, a bushing or a load puts into the system in a second.
 struct Supplied {
     forces: ForceElements,
-    system: SeparableSystem,             // in which these alone act
-    by: Vec<ForceElements>,              // the derivatives, in the order of the parameters
+    system: SeparableSystem, // in which these alone act
+    signals: Range<usize>,
+    by: Vec<ForceElements>, // the derivatives, in the order of the parameters
     moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
     loads: Vec<Vec<(Load, LoadChange)>>,
 }
 
 impl Supplied {
-    /// # Errors
-    /// [`ModelError`] of signals with states, and of loads that are not on a body.
-    fn new(
-        system: &System,
-        key: &str,
-        sensor: &Sensor,
-        tangents: &[ModelTangent],
-    ) -> Result<Self, ModelError> {
+    fn new(system: &System, sensor: &Sensor, tangents: &[ModelTangent]) -> Self {
         let (mechanism, dynamics) = (&system.mechanism, &system.dynamics);
         let forces = dynamics.forces.only(&sensor.of);
-        without_states(key, sensor, &forces)?;
         let mass = dynamics.parts.mass_matrix(mechanism);
         let changed = |own: &ModelTangent| {
             let all = own.numbers.loads.iter();
@@ -226,21 +224,28 @@ impl Supplied {
             });
             of.collect()
         };
-        Ok(Self {
+        Self {
             system: forces.add_to(SeparableSystem::new(mass)),
             by: tangents.iter().map(|own| own.acting.only(&sensor.of)).collect(),
+            signals: dynamics.variational(mechanism).places_of_signals(),
             moved: moved_along(mechanism, &forces, tangents),
             loads: tangents.iter().map(changed).collect(),
             forces,
-        })
+        }
     }
 }
 
 impl NodeQuantity for Supplied {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.forces.power(at, v, &mut Vec::new())
+        self.forces.power(with_signals(at, &self.signals), v, &mut Vec::new())
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let at = with_signals(at, &self.signals);
+        if let Some(of_z) = out.z.get_mut(self.signals.clone()) {
+            let into = &mut Product { v, out: of_z };
+            let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
+            self.system.state_slopes(at, v, &mut transposed);
+        }
         let mut force = vec![0.0; v.len()];
         self.system.add_gauss_force(at, v, &mut force);
         out.v.iter_mut().zip(force).for_each(|(out, f)| *out += scale * f);
@@ -251,6 +256,7 @@ impl NodeQuantity for Supplied {
         }
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
+        let at = with_signals(at, &self.signals);
         let own = self.by.get(parameter).map_or(0.0, |own| own.power(at, v, &mut Vec::new()));
         let moved = self.moved.get(parameter).and_then(Option::as_ref);
         let along = moved.zip(along(&self.forces)).map(|(moved, force)| {
@@ -293,13 +299,9 @@ fn moved_along(
     tangents.iter().map(moved).collect()
 }
 
-/// Refuses what acts by signals with states.
-fn without_states(key: &str, sensor: &Sensor, forces: &ForceElements) -> Result<(), ModelError> {
-    if forces.forces.iter().any(NamedForce::remembers) {
-        let what = format!("the derivative of `{}`, an effort by signals with states", sensor.name);
-        return Err(refused(key, what, "take an effort that follows from coordinates and rates"));
-    }
-    Ok(())
+/// A node with the internal variables of signals alone, as efforts read it.
+fn with_signals<'a>(at: Configuration<'a>, places: &Range<usize>) -> Configuration<'a> {
+    Configuration { internal: at.internal.get(places.clone()).unwrap_or_default(), ..at }
 }
 
 /// What a sensor of an effort or of a power shows; `None` of others, and of constraints.
@@ -324,7 +326,7 @@ pub(crate) fn of_sensor(
     let acting = model.laws.iter().any(|own| acts(&own.name))
         || model.bushings.iter().any(|own| acts(&own.name));
     if is_power && (is_load || acting) {
-        return Ok(Some(Box::new(Supplied::new(system, key, sensor, tangents)?)));
+        return Ok(Some(Box::new(Supplied::new(system, sensor, tangents))));
     }
     let Some(effort) = system.sensors.effort(&sensor.name).cloned() else { return Ok(None) };
     let part = number_of(model, key, (sensor, part))?;
@@ -341,10 +343,8 @@ pub(crate) fn of_sensor(
             let k = k.ok_or_else(|| no_derivative(key, sensor))?;
             Some(Box::new(between_points((k, spring, damper), power, tangents)))
         }
-        Effort::Six(name, forces) => {
-            stated(system, key, (sensor, part), (forces, Some(name)), tangents)?
-        }
-        Effort::Law(forces, _) => stated(system, key, (sensor, part), (forces, None), tangents)?,
+        Effort::Six(name, forces) => stated(system, (sensor, part), (forces, Some(name)), tangents),
+        Effort::Law(forces, _) => stated(system, (sensor, part), (forces, None), tangents),
         Effort::Row(..) => None,
     })
 }
@@ -399,13 +399,12 @@ fn between_points(
 /// A number of a law, or of the bushing of a name.
 fn stated(
     system: &System,
-    key: &str,
     (sensor, part): (&Sensor, usize),
     (forces, name): (Box<ForceElements>, Option<String>),
     tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
-    without_states(key, sensor, &forces)?;
+) -> Option<Box<dyn NodeQuantity>> {
     let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();
     let moved = moved_along(&system.mechanism, &forces, tangents);
-    Ok(Some(Box::new(Stated { forces: *forces, name, part, by, moved })))
+    let signals = system.dynamics.variational(&system.mechanism).places_of_signals();
+    Some(Box::new(Stated { forces: *forces, name, part, signals, by, moved }))
 }

@@ -44,7 +44,8 @@ impl Turn {
     ) {
         for (sign, own) in &self.spins {
             for (own, weight) in own.iter().zip(weights) {
-                let out = Slopes { q: &mut *of_q, v: &mut *of_v, lambda: &mut [], a: &mut [] };
+                let [lambda, a, z] = [(); 3].map(|()| &mut [][..]);
+                let out = Slopes { q: &mut *of_q, v: &mut *of_v, lambda, a, z };
                 own.add_slopes(Node::moving(at, v), sign * weight, out);
             }
         }
@@ -78,7 +79,7 @@ impl NodeQuantity for Turn {
         self.by.get(parameter).map_or(0.0, |along| self.with(along, node))
     }
     fn reads(&self) -> Reads {
-        Reads { forces: false, accelerations: self.accelerates }
+        Reads { accelerations: self.accelerates, ..Reads::default() }
     }
 }
 

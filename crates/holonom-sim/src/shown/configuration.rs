@@ -274,11 +274,6 @@ impl Sensed {
         }
     }
 
-    /// Whether it is continued along a motion: it has a value at nodes alone.
-    pub(crate) fn is_continued(&self) -> bool {
-        matches!(self.of, Measured::Orientation(_))
-    }
-
     /// Of a sensor, by its name or that of one of its numbers.
     pub(crate) fn new(
         of: Measured,
@@ -308,6 +303,9 @@ impl Quantity for Sensed {
     }
     fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
         self.of.second(at, v, w)
+    }
+    fn is_continued(&self) -> bool {
+        matches!(self.of, Measured::Orientation(_))
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.of.follow(node, seen);

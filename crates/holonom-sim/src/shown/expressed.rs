@@ -5,8 +5,8 @@
 //! ```
 //! `e_θ` is an expression of its own, of what `e` reads.
 
-use super::Shown;
 use super::configuration::Sensed;
+use super::{Shown, signal};
 use crate::design::{ModelTangent, refused};
 use crate::system::System;
 use holonom_model::expression::Program;
@@ -143,8 +143,8 @@ fn evaluated(
         let (sensor, part) = match reading {
             Reading::Sensor(sensor, part) => (sensor, part),
             Reading::Signal(name) => {
-                let what = format!("the derivative of a sensor that reads the signal `{name}`");
-                return Err(refused(key, what, "write what the signal stands for"));
+                inputs.push(signal::of_signal(system, key, &name, tangents)?);
+                continue;
             }
         };
         let part = match part {

@@ -50,7 +50,7 @@ impl NodeQuantity for Transmitted {
         })
     }
     fn reads(&self) -> Reads {
-        Reads { forces: true, accelerations: false }
+        Reads { forces: true, ..Reads::default() }
     }
     fn reads_velocity(&self) -> bool {
         false
@@ -79,7 +79,7 @@ impl NodeQuantity for Felt {
         own.map_or(0.0, |own| self.along.at(node.at.q).dot(&own))
     }
     fn reads(&self) -> Reads {
-        Reads { forces: false, accelerations: true }
+        Reads { accelerations: true, ..Reads::default() }
     }
 }
 
@@ -113,11 +113,11 @@ impl NodeQuantity for Turning {
         self.0.value(Node::moving(node.at, node.a))
     }
     fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
-        let out = Slopes { q: out.q, v: out.a, lambda: out.lambda, a: &mut [] };
+        let out = Slopes { v: out.a, a: &mut [], ..out };
         self.0.add_slopes(Node::moving(node.at, node.a), scale, out);
     }
     fn reads(&self) -> Reads {
-        Reads { forces: false, accelerations: true }
+        Reads { accelerations: true, ..Reads::default() }
     }
 }
 
@@ -139,7 +139,7 @@ impl NodeQuantity for JointTurning {
         moved.map_or(0.0, |moved| self.own.by_parameter(moved, [node.at.q, node.v, node.a]))
     }
     fn reads(&self) -> Reads {
-        Reads { forces: false, accelerations: true }
+        Reads { accelerations: true, ..Reads::default() }
     }
 }
 

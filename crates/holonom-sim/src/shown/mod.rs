@@ -8,6 +8,9 @@
 //! | `ball` | rates and accelerations of ball joints |
 //! | `acting` | efforts of what acts along joints, between points and by laws; powers |
 //! | `forces` | reactions, tensions, efforts of constraints; accelerations |
+//! | `work` | works of what acts |
+//! | `section` | strains and section forces of beams |
+//! | `signal` | what expressions read of signals |
 //! | `expressed` | expressions of these |
 //! | `counted` | what objectives count |
 //!
@@ -21,6 +24,9 @@ pub(crate) mod counted;
 mod expressed;
 pub(crate) mod forces;
 mod orientation;
+mod section;
+mod signal;
+pub(crate) mod work;
 
 use crate::design::{ModelTangent, refused};
 use crate::sensor::{Column, columns_of, observed};
@@ -63,6 +69,12 @@ impl Shown {
         if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
             return Ok(Self::Node(own));
         }
+        if let Some(own) = section::of_sensor(model, system, key, of, tangents)? {
+            return Ok(Self::Node(own));
+        }
+        if let Some(own) = work::of_sensor(model, system, key, of, tangents)? {
+            return Ok(Self::Node(own));
+        }
         if let Some(own) = ball::of_sensor(model, system, key, of, tangents)? {
             return Ok(Self::Node(own));
         }
@@ -89,6 +101,15 @@ pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
         Reading::Signal(_) => None,
     };
     readings.into_iter().filter_map(sensor).collect()
+}
+
+/// The sensors of these names, and those that they read.
+pub(crate) fn all_read<'a>(model: &'a Model, names: impl Iterator<Item = &'a str>) -> Vec<Sensor> {
+    let own = |name: &str| {
+        let own = model.sensors.iter().filter(|own| own.name == name).cloned();
+        own.chain(sensors_read(model, name)).collect::<Vec<_>>()
+    };
+    names.flat_map(|text| own(split(text).0)).collect()
 }
 
 /// Whether what a sensor shows depends on the numbers of another one, or of itself.
@@ -159,10 +180,6 @@ pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
         SensorKind::JointAcceleration => "take a joint that slides or turns about its axes",
         SensorKind::Power => {
             "take the effort and a rate, and multiply them in a sensor of type \"expression\""
-        }
-        SensorKind::Work => "take the power along the path, or the efforts of controls",
-        SensorKind::SectionForce | SensorKind::Strain => {
-            "take positions or orientations of the nodes of the beam"
         }
         SensorKind::Gap
         | SensorKind::Clearance

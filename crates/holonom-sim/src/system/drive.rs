@@ -4,6 +4,7 @@ use super::coordinate::coordinate;
 use super::joint_drive::{ElementLaw, JointDrive};
 use super::names::Names;
 use super::time_function::TimeFunctions;
+use super::works::force_of;
 use holonom_model::{Constraint, ModelError};
 use nalgebra::Vector3;
 use vi_multibody::builder::{MechanismBuilder, RollingPart};
@@ -22,7 +23,7 @@ pub(crate) fn add_joint_forces(
         match law {
             ElementLaw::Spring { stiffness, rest } => builder.joint_spring(at, stiffness, rest),
             ElementLaw::Force(law) => {
-                builder.joint_force(at, law).named(&format!("{}.{part}", joint.name));
+                builder.joint_force(at, law).named(&force_of(&joint.name, part));
             }
             ElementLaw::Idle => {}
         }

@@ -14,6 +14,7 @@
 //! ```
 //! Only the family that is asked for is assembled.
 
+use crate::system::works::ForceWork;
 use std::sync::Arc;
 use vi_beam::damping::{self, StrainDamping};
 use vi_beam::{BeamElements, StrainRule};
@@ -35,13 +36,17 @@ pub struct Dynamics {
     pub quadrature: Quadrature,
     /// Springs, dampers, motors, loads.
     pub forces: ForceElements,
+    /// Works that are internal variables of a variational system.
+    pub(crate) works: Vec<ForceWork>,
 }
 
 impl Dynamics {
     /// The discrete Lagrangian with its forces.
     #[must_use]
     pub fn variational(&self, mechanism: &Mechanism) -> SeparableSystem {
-        self.forces.add_to(self.parts.system_by(mechanism, self.rule, self.quadrature))
+        let system = self.parts.system_by(mechanism, self.rule, self.quadrature);
+        let works = self.works.iter().map(ForceWork::working);
+        works.fold(self.forces.add_to(system), SeparableSystem::working)
     }
 
     /// The system of the energy–momentum schemes.

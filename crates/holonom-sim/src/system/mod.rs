@@ -20,6 +20,7 @@ pub mod outside;
 mod rates;
 pub(crate) mod signal;
 pub(crate) mod time_function;
+pub(crate) mod works;
 
 use crate::dynamics::Dynamics;
 use crate::event::switches::Lock;
@@ -44,6 +45,7 @@ use vi_multibody::pair::PairKind;
 use vi_multibody::spring::SpringLaw;
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
+use works::ForceWork;
 
 /// The numbers of a model.
 #[derive(Debug)]
@@ -175,7 +177,9 @@ pub(crate) fn build_sensing(
     let members = members(model, &mechanism);
     let parts = Arc::new(elements);
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
-    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces };
+    let work = |force: &String| ForceWork::of(model, force, &mut mechanism, &forces);
+    let works = outside.works.iter().map(work).collect();
+    let dynamics = Dynamics { parts: parts.clone(), rule, quadrature, forces, works };
     let beams = Beams { parts, list };
     let sensors =
         Sensors::new((&names, sensors), &mechanism, &dynamics, (&beams, signals), &contacts);

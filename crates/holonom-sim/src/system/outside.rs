@@ -24,6 +24,8 @@ pub struct Outside {
     /// Coordinates of joints, by name and number, of which revolutions count beside those that the
     /// model needs.
     pub counted: Vec<(String, usize)>,
+    /// Forces whose works are internal variables of the run, by name.
+    pub works: Vec<String>,
     /// Angles of a state of the same model, rad: revolutions of those at the start count from
     /// there; modulo a revolution where this is empty.
     pub angles: Vec<f64>,

@@ -97,6 +97,28 @@ impl Costate {
     pub fn zero(n: usize, internal: usize) -> Self {
         Self { q: vec![0.0; n], p: vec![0.0; n], z: vec![0.0; internal] }
     }
+
+    fn parts(&mut self) -> [&mut Vec<f64>; 3] {
+        [&mut self.q, &mut self.p, &mut self.z]
+    }
+
+    /// Zero again.
+    pub fn clear(&mut self) {
+        self.parts().into_iter().for_each(|own| own.fill(0.0));
+    }
+
+    /// Adds another one.
+    pub fn add(&mut self, other: &Self) {
+        for (own, other) in self.parts().into_iter().zip([&other.q, &other.p, &other.z]) {
+            own.iter_mut().zip(other).for_each(|(own, other)| *own += other);
+        }
+    }
+
+    /// `a·δq + b·δp̄ + y·δz`.
+    #[must_use]
+    pub fn along(&self, tangent: &Tangent) -> f64 {
+        dot(&self.q, &tangent.q) + dot(&self.p, &tangent.p) + dot(&self.z, &tangent.z)
+    }
 }
 
 /// What the equations of a step change by with controls, parameters or its length, at fixed

@@ -12,85 +12,28 @@
 //! ∇²𝓛 (ξ_n, ξ_n)     = v_n·K_kl + Σ_j y_j w_n·K_jkl + Y_kᵀ W_n K_l + K_kᵀ W_nᵀ Y_l + K_kᵀ (Σ σ D²g) K_l
 //! ∇²𝓛 (ξ_n, ξ_{n+1}) = Y_kᵀ A_n K'_l + K_kᵀ C_nᵀ Y'_l
 //! ```
-//! Exact where potentials and forces beside gravity act along unknowns; of the others the third
-//! derivatives are left out of `∇²𝓛`, which slows the method and moves no optimum.
+//! The slopes of `w` are those of [`super::piece`]: of Galerkin steps every node of the step has a
+//! block with every other one, and efforts add [2.51].
+//!
+//! Exact beside gravity, springs and dampers between points, loads on bodies, and what acts along
+//! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out
+//! of `∇²𝓛`, of bushings and laws of anything that moves the third: this slows the method and moves
+//! no optimum.
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
-use super::point::{Along, Point};
+use super::piece::{Effect, Kind, Parts};
+use super::point::{Along, Node, Point};
 use super::problem::{CostKind, Quantity};
 use crate::objective;
 use nalgebra::DMatrix;
 use vi_core::Slot;
-use vi_core::force::DiscreteForce as _;
-use vi_core::interval::Interval;
 use vi_core::linear::dot;
-use vi_core::sparse::{Block, Product, SparseMatrix};
+use vi_core::sparse::SparseMatrix;
 use vi_multibody::form::Row;
-use vi_rigid::load::Load;
 
 /// Takes entries `(row, column, value)`, always in the same order.
 pub(super) type Sink<'a> = dyn FnMut(usize, usize, f64) + 'a;
-
-/// The derivatives of the discrete momenta of a step, times a matrix of columns: of inertia and of
-/// the rest.
-struct Slopes<'a> {
-    of: &'a Transcription,
-    s: &'a Interval,
-    wrenches: &'a [Load],
-}
-
-/// `X ↦ (inertial part, other part)`.
-struct Parts {
-    inertial: DMatrix<f64>,
-    other: Option<DMatrix<f64>>,
-}
-
-impl Parts {
-    fn sum(self) -> DMatrix<f64> {
-        match self.other {
-            Some(other) => self.inertial + other,
-            None => self.inertial,
-        }
-    }
-
-    /// The derivative by `h`: inertia goes with `1/h`, the rest with `h`.
-    fn by_step(self, h: f64) -> DMatrix<f64> {
-        let inertial = self.inertial * (-1.0 / h);
-        match self.other {
-            Some(other) => inertial + other * (1.0 / h),
-            None => inertial,
-        }
-    }
-}
-
-impl Slopes<'_> {
-    /// `D_by (D_of L_d + f_d^of) X`, or its transpose times `X`.
-    fn times(&self, of: Slot, by: Slot, X: &DMatrix<f64>, transposed: bool) -> Parts {
-        let (n, h) = (self.of.n, self.s.h);
-        let mut inertial = DMatrix::zeros(n, X.ncols());
-        self.of.mass.mul_dense_add(of.sign() * by.sign() / h, X, &mut inertial);
-        let other = (self.of.has_other || !self.wrenches.is_empty()).then(|| {
-            let matrix = SparseMatrix::assemble(n, n, |out| {
-                if self.of.has_other {
-                    self.of.system.beside_unknowns_slope(self.s, of, by, out);
-                }
-                self.wrenches.iter().for_each(|load| load.add_slope(self.s, of, by, out));
-            });
-            let mut out = DMatrix::zeros(n, X.ncols());
-            for (x, o) in X.column_iter().zip(out.as_mut_slice().chunks_exact_mut(n)) {
-                let x: Vec<f64> = x.iter().copied().collect();
-                if transposed {
-                    matrix.tr_mul_add(1.0, &x, o);
-                } else {
-                    matrix.mul_add(1.0, &x, o);
-                }
-            }
-            out
-        });
-        Parts { inertial, other }
-    }
-}
 
 fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if rows.is_empty() {
@@ -105,10 +48,6 @@ fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMat
 }
 
 impl Transcription {
-    fn slopes<'a>(&'a self, point: &'a Point, step: usize) -> Slopes<'a> {
-        Slopes { of: self, s: &point.intervals[step], wrenches: &point.wrenches[step] }
-    }
-
     /// The impulses of closures at a node with their negative sizes: what they add to `W`.
     fn closing<'a>(&'a self, point: &Point, n: usize) -> Vec<(&'a Row, f64)> {
         let at = self.layout.impulse(n);
@@ -116,23 +55,31 @@ impl Transcription {
     }
 
     /// `W_n X`, or `W_nᵀ X`, of momenta alone.
-    fn own_slope(&self, point: &Point, n: usize, X: &DMatrix<f64>, transposed: bool) -> Parts {
-        let mut sum = Parts { inertial: DMatrix::zeros(self.n, X.ncols()), other: None };
-        for step in self.steps_at(n) {
-            let slot = if step == n { Slot::First } else { Slot::Second };
-            let part = self.slopes(point, step).times(slot, slot, X, transposed);
-            sum.inertial += part.inertial;
-            sum.other = match (sum.other, part.other) {
-                (Some(a), Some(b)) => Some(a + b),
-                (a, b) => a.or(b),
-            };
+    fn own_slope(
+        &self,
+        point: &Point,
+        n: usize,
+        X: &DMatrix<f64>,
+        transposed: bool,
+    ) -> DMatrix<f64> {
+        let mut sum = Parts::zero(self.n, X.ncols());
+        for (p, i) in self.division.pieces_at(n) {
+            sum.add(point.pieces[p].times(self, (i, i), X, transposed));
         }
-        sum
+        sum.sum()
+    }
+
+    /// The other nodes of the pieces at a node: piece, the numbers in it of the node and of the
+    /// other one.
+    fn neighbours(&self, n: usize) -> impl Iterator<Item = (usize, usize, usize)> {
+        let span = self.division.span();
+        let others = move |(p, i)| (0..=span).filter(move |j| *j != i).map(move |j| (p, i, j));
+        self.division.pieces_at(n).flat_map(others)
     }
 
     /// The rows of the balance at a node: row of the program, unknown.
     pub(super) fn balances_at(&self, n: usize) -> Vec<(usize, usize)> {
-        if n < self.problem.steps {
+        if n < self.division.last() {
             return (0..self.chart.dof()).map(|j| (self.layout.balance(n) + j, j)).collect();
         }
         self.layout.rest.clone().zip(self.resting.iter().copied()).collect()
@@ -150,7 +97,7 @@ impl Transcription {
 
     /// Emits `J`.
     pub(super) fn emit_jacobian(&self, point: &Point, out: &mut Sink<'_>) {
-        for n in 0..=self.problem.steps {
+        for n in 0..=self.division.last() {
             let rows = self.balances_at(n);
             self.emit_balance(point, n, &rows, out);
             if n > 0 {
@@ -163,7 +110,7 @@ impl Transcription {
                 }
             }
         }
-        for n in 0..self.problem.steps {
+        for n in 0..self.division.last() {
             for (k, &j) in self.turning.iter().enumerate() {
                 for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
                     if let Some(at) = self.layout.coordinate(node) {
@@ -181,7 +128,7 @@ impl Transcription {
     }
 
     fn emit_balance(&self, point: &Point, n: usize, rows: &[(usize, usize)], out: &mut Sink<'_>) {
-        let (node, h, d) = (&point.nodes[n], point.h, self.chart.dof());
+        let (node, d) = (&point.nodes[n], self.chart.dof());
         let K = &node.columns;
         let mut block = |at: Option<usize>, matrix: &dyn Fn() -> DMatrix<f64>| {
             let Some(at) = at else { return };
@@ -191,24 +138,17 @@ impl Transcription {
             }
         };
         block(self.layout.coordinate(n), &|| {
-            let mut W = self.own_slope(point, n, K, false).sum();
+            let mut W = self.own_slope(point, n, K, false);
             if let Some(of_closures) = add_products(&self.closing(point, n), self.n, K) {
                 W += of_closures;
             }
             K.tr_mul(&W) + self.chart.curvature(&node.placed, &node.balance)
         });
-        if n < self.problem.steps {
-            block(self.layout.coordinate(n + 1), &|| {
-                let next = &point.nodes[n + 1].columns;
-                let A = self.slopes(point, n).times(Slot::First, Slot::Second, next, false);
-                K.tr_mul(&A.sum())
-            });
-        }
-        if n > 0 {
-            block(self.layout.coordinate(n - 1), &|| {
-                let last = &point.nodes[n - 1].columns;
-                let C = self.slopes(point, n - 1).times(Slot::Second, Slot::First, last, false);
-                K.tr_mul(&C.sum())
+        for (p, i, j) in self.neighbours(n) {
+            let piece = &point.pieces[p];
+            block(self.layout.coordinate(piece.first + j), &|| {
+                let next = &point.nodes[piece.first + j].columns;
+                K.tr_mul(&piece.times(self, (i, j), next, false).sum())
             });
         }
         for (k, row) in self.impulses_at(n).enumerate() {
@@ -216,24 +156,27 @@ impl Transcription {
             rows.iter().for_each(|&(r, j)| out(r, self.layout.impulse(n) + k, -slope[j]));
         }
         let row_of = |j: usize| rows.iter().find(|(_, own)| *own == j).map(|(row, _)| *row);
-        for step in self.steps_at(n) {
-            for (k, along) in self.efforts() {
-                if let Some(row) = row_of(along.index) {
-                    out(row, self.layout.control(k, step), 0.5 * h * along.sign);
+        for (p, i) in self.division.pieces_at(n) {
+            let piece = &point.pieces[p];
+            for k in 0..self.problem.controls.len() {
+                let control = self.acting(k, p);
+                match piece.effect(self, k, i) {
+                    Effect::Unknown(j, value) => {
+                        row_of(j).into_iter().for_each(|row| out(row, control, value));
+                    }
+                    Effect::Force(force) => {
+                        for &(row, j) in rows {
+                            out(row, control, dot(&force, K.column(j).as_slice()));
+                        }
+                    }
                 }
             }
-            for (k, load) in self.wrenches() {
-                let impulse = load.half_impulse(&point.intervals[step], &node.placed.q);
-                for &(row, j) in rows {
-                    let value = dot(&impulse, load.of_frame(K.column(j).as_slice()));
-                    out(row, self.layout.control(k, step), value);
-                }
-            }
-            for own in &point.along[step] {
+            let Kind::SubStep(along) = &piece.kind else { continue };
+            for own in along {
                 let Some(row) = row_of(own.index) else { continue };
-                for (slot, node) in [(Slot::First, step), (Slot::Second, step + 1)] {
-                    if let Some(at) = self.layout.coordinate(node) {
-                        out(row, at + own.index, own.slopes.by_node(h, slot));
+                for (end, slot) in Slot::BOTH.into_iter().enumerate() {
+                    if let Some(at) = self.layout.coordinate(piece.first + end) {
+                        out(row, at + own.index, own.slopes.by_node(piece.s.h, slot));
                     }
                 }
             }
@@ -245,24 +188,18 @@ impl Transcription {
         }
     }
 
-    /// `∂w/∂h` at a node.
-    fn balance_by_step(point: &Point, n: usize) -> Vec<f64> {
-        let node = &point.nodes[n];
-        node.inertial.iter().zip(&node.other).map(|(i, o)| (o - i) / point.h).collect()
-    }
-
-    /// `∂r_n/∂h`.
+    /// `∂r_n/∂h`, `h` that of a whole step.
     fn residual_by_step(&self, point: &Point, n: usize) -> Vec<f64> {
-        let (K, w_h) = (&point.nodes[n].columns, Self::balance_by_step(point, n));
-        let mut slope: Vec<f64> =
-            K.column_iter().map(|k| k.iter().zip(&w_h).map(|(k, w)| k * w).sum()).collect();
-        for step in self.steps_at(n) {
+        let mut slope = point.along_columns(n, &point.nodes[n].by_step);
+        for (p, _) in self.division.pieces_at(n) {
+            let (gamma, piece) = (self.division.gamma(p), &point.pieces[p]);
+            let Kind::SubStep(along) = &piece.kind else { continue };
             for (k, along) in self.efforts() {
-                let value = point.x[self.layout.control(k, step)];
-                slope[along.index] += 0.5 * along.sign * value;
+                let value = point.x[self.acting(k, p)];
+                slope[along.index] += 0.5 * gamma * along.sign * value;
             }
-            for own in &point.along[step] {
-                slope[own.index] += own.sign * own.by_step(point.h);
+            for own in along {
+                slope[own.index] += gamma * own.sign * own.by_step(piece.s.h);
             }
         }
         slope
@@ -286,9 +223,10 @@ impl Transcription {
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
                         let along = self.unknown(k);
-                        let at = |n: usize| self.traveled(&point.x, n, along.index);
-                        out[self.layout.control(k, n)] += weight * along.sign * (at(n + 1) - at(n));
-                        for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
+                        let ends = [n, n + 1].map(|n| self.division.node(n));
+                        let [from, to] = ends.map(|n| self.traveled(&point.x, n, along.index));
+                        out[self.layout.control(k, n)] += weight * along.sign * (to - from);
+                        for (node, sign) in ends.into_iter().zip([-1.0, 1.0]) {
                             if let Some(at) = self.layout.coordinate(node) {
                                 out[at + along.index] += weight * sign * along.sign * value(k, n);
                             }
@@ -305,7 +243,7 @@ impl Transcription {
                 }
                 CostKind::Time => by_step += weight * steps as f64,
                 CostKind::Deviation { quantity, target, when } => {
-                    for (n, factor, by_h) in self.counted(*when, h) {
+                    for (n, factor, by_h) in self.counted(quantity, *when, h) {
                         let e = self.quantity(point, quantity, n) - target;
                         by_step += 0.5 * weight * by_h * e * e;
                         for (at, slope) in self.quantity_slope(point, quantity, n) {
@@ -331,7 +269,7 @@ impl Transcription {
         let mut lower = |a: usize, b: usize, value: f64| {
             if a >= b { out(a, b, value) } else { out(b, a, value) }
         };
-        let multipliers: Vec<Vec<f64>> = (0..=self.problem.steps)
+        let multipliers: Vec<Vec<f64>> = (0..=self.division.last())
             .map(|n| {
                 let mut y = vec![0.0; self.chart.dof()];
                 self.balances_at(n).iter().for_each(|&(row, j)| y[j] = lambda[row]);
@@ -345,11 +283,19 @@ impl Transcription {
                 [Y, self.chart.bent_columns(&node.placed, y)]
             })
             .collect();
-        for n in 1..=self.problem.steps {
+        for n in 1..=self.division.last() {
             self.emit_node_hessian(point, n, (factor, lambda), &multipliers[n], &bent, &mut lower);
         }
-        for n in 0..self.problem.steps {
-            self.emit_step_hessian(point, n, &multipliers, &bent, &mut lower);
+        for piece in 0..self.division.pieces() {
+            self.emit_piece_hessian(point, piece, &multipliers, &bent, &mut lower);
+        }
+        if let Some(time) = self.layout.time {
+            // of inertia: w_hh = 2 w/h²
+            let along =
+                |(node, [Y, _]): (&Node, &[DMatrix<f64>; 2])| dot(Y.as_slice(), &node.inertial);
+            let sum: f64 = point.nodes.iter().zip(&bent).map(along).sum();
+            let all = point.h * self.problem.steps as f64;
+            lower(time, time, 2.0 * sum / (all * all));
         }
         self.emit_cost_hessian(point, factor, &mut lower);
         self.emit_curvature(point, (factor, lambda), &mut lower);
@@ -364,22 +310,20 @@ impl Transcription {
         bent: &[[DMatrix<f64>; 2]],
         out: &mut Sink<'_>,
     ) {
-        let (node, d, steps) = (&point.nodes[n], self.chart.dof(), self.problem.steps);
+        let (node, d) = (&point.nodes[n], self.chart.dof());
         let (K, [Y, Y_k]) = (&node.columns, &bent[n]);
         let closing = self.closing(point, n);
         // W_nᵀ Y and W_n K
-        let mut v = self.own_slope(point, n, Y, true).sum();
-        let mut WK = self.own_slope(point, n, K, false).sum();
+        let mut v = self.own_slope(point, n, Y, true);
+        let mut WK = self.own_slope(point, n, K, false);
         for (sum, X) in [(&mut v, Y), (&mut WK, K)] {
             if let Some(of_closures) = add_products(&closing, self.n, X) {
                 *sum += of_closures;
             }
         }
-        let last = self.slopes(point, n - 1);
-        v += last.times(Slot::First, Slot::Second, &bent[n - 1][0], true).sum();
-        if n < steps {
-            let next = self.slopes(point, n);
-            v += next.times(Slot::Second, Slot::First, &bent[n + 1][0], true).sum();
+        for (p, i, j) in self.neighbours(n) {
+            let piece = &point.pieces[p];
+            v += piece.times(self, (j, i), &bent[piece.first + j][0], true).sum();
         }
         // products with their weights: closures, conditions, deviations
         let mut products: Vec<(&Row, f64)> = Vec::new();
@@ -396,7 +340,9 @@ impl Transcription {
         let mut square = DMatrix::zeros(d, d);
         for cost in &self.problem.costs {
             let CostKind::Deviation { quantity, target, when } = &cost.kind else { continue };
-            for (_, part, _) in self.counted(*when, point.h).into_iter().filter(|c| c.0 == n) {
+            for (_, part, _) in
+                self.counted(quantity, *when, point.h).into_iter().filter(|c| c.0 == n)
+            {
                 let weight = factor * cost.weight * part;
                 let mut slope = vec![0.0; d];
                 match quantity {
@@ -446,97 +392,106 @@ impl Transcription {
             }
         }
         if let Some(time) = self.layout.time {
-            let w_h = Self::balance_by_step(point, n);
-            let mut v_h = self.own_slope(point, n, Y, true).by_step(point.h);
-            v_h += last.times(Slot::First, Slot::Second, &bent[n - 1][0], true).by_step(point.h);
-            if n < steps {
-                let next = self.slopes(point, n);
-                let part = next.times(Slot::Second, Slot::First, &bent[n + 1][0], true);
-                v_h += part.by_step(point.h);
+            let mut v_h = DMatrix::zeros(self.n, 1);
+            for (p, i) in self.division.pieces_at(n) {
+                let (piece, gamma) = (&point.pieces[p], self.division.gamma(p));
+                for j in 0..=self.division.span() {
+                    let Y = (&bent[piece.first + j][0], true);
+                    v_h += piece.times_by_step(self, (j, i), Y, gamma);
+                }
             }
             for j in 0..d {
-                let bent: f64 = Y_k.column(j).iter().zip(&w_h).map(|(y, w)| y * w).sum();
+                let bent = dot(Y_k.column(j).as_slice(), &node.by_step);
                 let value = bent + K.column(j).dot(&v_h.column(0));
-                out(time, at + j, value / steps as f64);
+                out(time, at + j, value / self.problem.steps as f64);
             }
         }
     }
 
-    /// What couples both nodes of a step, and its efforts.
-    fn emit_step_hessian(
+    /// What couples the nodes of a piece, and what acts in it.
+    fn emit_piece_hessian(
         &self,
         point: &Point,
-        n: usize,
+        p: usize,
         multipliers: &[Vec<f64>],
         bent: &[[DMatrix<f64>; 2]],
         out: &mut Sink<'_>,
     ) {
-        let (d, steps, h) = (self.chart.dof(), self.problem.steps as f64, point.h);
-        let (from, to) = (&point.nodes[n], &point.nodes[n + 1]);
-        let step = self.slopes(point, n);
-        if let (Some(at), Some(next)) = (self.layout.coordinate(n), self.layout.coordinate(n + 1)) {
-            let A = step.times(Slot::First, Slot::Second, &to.columns, false).sum();
-            let C = step.times(Slot::Second, Slot::First, &from.columns, false).sum();
-            let mixed = bent[n][1].tr_mul(&A) + C.tr_mul(&bent[n + 1][1]);
+        let (d, piece) = (self.chart.dof(), &point.pieces[p]);
+        let (first, last) = (piece.first, piece.first + self.division.span());
+        let K: Vec<&DMatrix<f64>> =
+            point.nodes[first..=last].iter().map(|node| &node.columns).collect();
+        let Y: Vec<&[f64]> = bent[first..=last].iter().map(|own| own[0].as_slice()).collect();
+        let traveled = |j: usize| self.traveled(&point.x, first, j);
+        let of_forces = piece.curvature(self, (&K, &Y), &traveled);
+        for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+            let [at, next] = [i, j].map(|i| self.layout.coordinate(first + i));
+            let (Some(at), Some(next)) = (at, next) else { continue };
+            if i == j {
+                let Some(own) = &of_forces else { continue };
+                for l in 0..d {
+                    (l..d).for_each(|k| out(at + k, at + l, own[i][i][(k, l)]));
+                }
+                continue;
+            }
+            let A = piece.times(self, (i, j), K[j], false).sum();
+            let C = piece.times(self, (j, i), K[i], false).sum();
+            let mut mixed = bent[first + i][1].tr_mul(&A) + C.tr_mul(&bent[first + j][1]);
+            if let Some(own) = &of_forces {
+                mixed += &own[i][j];
+            }
             for k in 0..d {
                 (0..d).for_each(|l| out(next + l, at + k, mixed[(k, l)]));
             }
         }
-        for (k, load) in self.wrenches() {
-            self.emit_wrench_hessian(point, n, (k, load), bent, out);
+        for k in 0..self.problem.controls.len() {
+            self.emit_effect_hessian(point, p, k, (multipliers, bent), out);
         }
-        let Some(time) = self.layout.time else { return };
-        let y_sum = |j: usize| multipliers[n][j] + multipliers[n + 1][j];
-        // of inertia: w_hh = ±2 M Δq/h³
-        let mut change = vec![0.0; self.n];
-        self.system.inertia().mul_add(2.0 / (h * h * h), &point.intervals[n].dq, &mut change);
-        let along = |Y: &DMatrix<f64>| -> f64 { Y.iter().zip(&change).map(|(y, c)| y * c).sum() };
-        out(time, time, (along(&bent[n + 1][0]) - along(&bent[n][0])) / (steps * steps));
-        for (k, along) in self.efforts() {
-            let value = 0.5 * along.sign * y_sum(along.index);
-            out(time, self.layout.control(k, n), value / steps);
-        }
-        for own in &point.along[n] {
-            for node in [n, n + 1] {
-                if let Some(at) = self.layout.coordinate(node) {
-                    let value = 0.25 * own.slopes.by_coordinate * y_sum(own.index);
-                    out(time, at + own.index, value / steps);
-                }
+        let (Some(time), Kind::SubStep(along)) = (self.layout.time, &piece.kind) else { return };
+        for own in along {
+            let y_sum: f64 = [first, last].iter().map(|n| multipliers[*n][own.index]).sum();
+            for at in [first, last].into_iter().filter_map(|n| self.layout.coordinate(n)) {
+                let value = 0.25 * self.division.gamma(p) * own.slopes.by_coordinate * y_sum;
+                out(time, at + own.index, value / self.problem.steps as f64);
             }
         }
     }
 
-    /// What couples the value of a wrench in a step with both nodes and with the time:
-    /// `∂_ξ Σ Y·f^±` and `∂_h` of it.
-    fn emit_wrench_hessian(
+    /// What couples the value of a control in a piece with the nodes of the piece and with the
+    /// time: `∂_ξ Σ Y·∂w/∂w_k` and `∂_h` of it.
+    fn emit_effect_hessian(
         &self,
         point: &Point,
-        n: usize,
-        (k, load): (usize, &Load),
-        bent: &[[DMatrix<f64>; 2]],
+        p: usize,
+        k: usize,
+        (multipliers, bent): (&[Vec<f64>], &[[DMatrix<f64>; 2]]),
         out: &mut Sink<'_>,
     ) {
-        let (s, control) = (&point.intervals[n], self.layout.control(k, n));
-        let impulses = Slot::BOTH.map(|of| load.half_impulse(s, s.node(of)));
-        for (by, node) in Slot::BOTH.into_iter().zip([n, n + 1]) {
+        let (piece, control) = (&point.pieces[p], self.acting(k, p));
+        let first = piece.first;
+        let effects: Vec<Effect> =
+            (0..=self.division.span()).map(|i| piece.effect(self, k, i)).collect();
+        let Y: Vec<&[f64]> = (0..effects.len()).map(|i| bent[first + i][0].as_slice()).collect();
+        let slopes = piece.effect_slopes(self, k, &Y);
+        let mut sum = 0.0; // Σ Y·∂w/∂w_k
+        for (i, (effect, slope)) in effects.iter().zip(&slopes).enumerate() {
+            let node = first + i;
+            let force = match effect {
+                Effect::Unknown(j, value) => {
+                    sum += value * multipliers[node][*j];
+                    continue;
+                }
+                Effect::Force(force) => force,
+            };
+            sum += dot(force, Y[i]);
             let Some(at) = self.layout.coordinate(node) else { continue };
-            let mut slope = vec![0.0; self.n]; // Σ (D_by f^of)ᵀ Y_of
-            for (of, from) in Slot::BOTH.into_iter().zip([n, n + 1]) {
-                let (row, column, scale, transposed) = (0, 0, 1.0, true);
-                let mut product = Product { v: bent[from][0].as_slice(), out: &mut slope };
-                let into = &mut product;
-                load.add_slope(s, of, by, &mut Block { into, row, column, scale, transposed });
-            }
-            let (own, impulse) = (&point.nodes[node], &impulses[node - n]);
             for j in 0..self.chart.dof() {
-                let turned = dot(impulse, load.of_frame(bent[node][1].column(j).as_slice()));
-                let value = turned + dot(&slope, own.columns.column(j).as_slice());
+                let turned = dot(force, bent[node][1].column(j).as_slice());
+                let value = turned + dot(slope, point.nodes[node].columns.column(j).as_slice());
                 out(control, at + j, value);
             }
         }
         if let Some(time) = self.layout.time {
-            let along = |i: usize| dot(&impulses[i], load.of_frame(bent[n + i][0].as_slice()));
-            let sum: f64 = [0, 1].map(along).iter().sum();
             out(time, control, sum / (point.h * self.problem.steps as f64));
         }
     }
@@ -560,8 +515,8 @@ impl Transcription {
                 CostKind::Work(of) => {
                     for (n, &k) in (0..steps).flat_map(|n| of.iter().map(move |k| (n, k))) {
                         let along = self.unknown(k);
-                        for (node, sign) in [(n, -1.0), (n + 1, 1.0)] {
-                            if let Some(at) = self.layout.coordinate(node) {
+                        for (n_end, sign) in [(n, -1.0), (n + 1, 1.0)] {
+                            if let Some(at) = self.layout.coordinate(self.division.node(n_end)) {
                                 let value = weight * sign * along.sign;
                                 out(self.layout.control(k, n), at + along.index, value);
                             }
@@ -592,7 +547,7 @@ impl Transcription {
                     if !(of_step || time.is_some()) {
                         continue;
                     }
-                    for (n, part, by_h) in self.counted(*when, h) {
+                    for (n, part, by_h) in self.counted(quantity, *when, h) {
                         let slopes = self.quantity_slope(point, quantity, n);
                         if of_step {
                             emit_square(&slopes, weight * part, out);

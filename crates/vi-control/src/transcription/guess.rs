@@ -5,6 +5,7 @@
 //! node to node; where they do not, the guess stays as it is, open.
 
 use super::chart::{Chart, Reference};
+use super::division::Division;
 use super::problem::ProblemError;
 use super::{Motion, Transcription};
 use nalgebra::DMatrix;
@@ -93,22 +94,32 @@ fn resampled(
     let (mut own_nodes, mut own_travel) = (Vec::new(), Vec::new());
     for n in 1..=steps {
         let (k, rest) = (n * of / steps, n * of % steps);
-        if rest == 0 {
-            own_nodes.push(nodes[k].clone());
-            own_travel.push(travel[k].clone());
-            continue;
-        }
+        let ends = if rest == 0 { k..k + 1 } else { k..k + 2 };
         let part = rest as f64 / steps as f64;
-        let from = chart.reference(&nodes[k]);
-        let moved: Vec<f64> =
-            coordinates(chart, &from, &nodes[k + 1]).iter().map(|x| part * x).collect();
-        own_nodes.push(chart.place(&from, &moved).q);
-        let between = |(a, b): (&f64, &f64)| a + part * (b - a);
-        own_travel.push(travel[k].iter().zip(&travel[k + 1]).map(between).collect());
+        let (node, traveled) = between(chart, &nodes[ends.clone()], &travel[ends], part);
+        own_nodes.push(node);
+        own_travel.push(traveled);
     }
     let acts = |n: usize| controls[(2 * n + 1) * controls.len() / (2 * steps)].clone();
     let controls = if controls.is_empty() { Vec::new() } else { (0..steps).map(acts).collect() };
     Guess { path: Path::Nodes { nodes: own_nodes, travel: own_travel }, controls }
+}
+
+/// The configuration and the travel that are a part of the way from the first of two nodes to the
+/// second, along their chart coordinates; those of the first where there is no other.
+fn between(
+    chart: &Chart,
+    nodes: &[Vec<f64>],
+    travel: &[Vec<f64>],
+    part: f64,
+) -> (Vec<f64>, Vec<f64>) {
+    let ([first, second], [start, end]) = (nodes, travel) else {
+        return (nodes[0].clone(), travel[0].clone());
+    };
+    let from = chart.reference(first);
+    let moved: Vec<f64> = coordinates(chart, &from, second).iter().map(|x| part * x).collect();
+    let traveled = start.iter().zip(end).map(|(a, b)| a + part * (b - a)).collect();
+    (chart.place(&from, &moved).q, traveled)
 }
 
 impl Transcription {
@@ -136,8 +147,35 @@ fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
     xi
 }
 
-/// The references of all nodes of a guess, and what coordinates that add up have changed by there.
+/// The references of all nodes of a guess, and what coordinates that add up have
+/// changed by there: between the nodes of the steps along the way from one to the next.
 pub(super) fn references(
+    chart: &Chart,
+    mechanism: &Mechanism,
+    start: (&[f64], &[Row]),
+    division: &Division,
+    guess: &Guess,
+) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
+    let steps = division.step(division.last());
+    let (ends, travel) = of_steps(chart, mechanism, start, steps, guess)?;
+    if division.each() == 1 {
+        return Ok((ends, travel));
+    }
+    let nodes: Vec<Vec<f64>> = ends.iter().map(|end| end.q().to_vec()).collect();
+    let all = (0..=division.last()).map(|k| match division.starting(k) {
+        Some(n) => (ends[n].clone(), travel[n].clone()),
+        None => {
+            let n = division.step(k);
+            let part = division.time(k) - n as f64;
+            let (node, traveled) = between(chart, &nodes[n..n + 2], &travel[n..n + 2], part);
+            (chart.reference(&node), traveled)
+        }
+    });
+    Ok(all.unzip())
+}
+
+/// The same of the nodes of the steps alone.
+fn of_steps(
     chart: &Chart,
     mechanism: &Mechanism,
     (q, closures): (&[f64], &[Row]),

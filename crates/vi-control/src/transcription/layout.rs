@@ -1,10 +1,13 @@
 //! Where the unknowns and the equations of a motion stand, stage by stage.
 //!
 //! ```text
-//! variables   for n = 0 … N−1: values of controls that begin there, hλ_n of the closures, ξ_{n+1};  hλ_N;  T
-//! rows        for n = 0 … N−1: balance at n, closures at n+1, turns of the step, conditions at n+1;  rest
+//! variables   for k = 0 … N s − 1: values of controls that begin there, hλ_k of the closures, ξ_{k+1};  hλ_{N s};  T
+//! rows        for k = 0 … N s − 1: balance at k, closures at k+1, turns from k to k+1, conditions at k+1;  rest
 //! ```
+//! Nodes are here those of sub-steps, or control points; controls begin and conditions hold where
+//! steps meet.
 
+use super::division::Division;
 use super::problem::{FinalTime, Problem, Quantity, Rest, When};
 use std::ops::Range;
 
@@ -15,12 +18,12 @@ pub(super) struct Layout {
     pub(super) rows: usize,
     values: Vec<Vec<usize>>,        // of each control: of each of its values
     holds: Vec<usize>,              // of each control
-    impulses: Vec<usize>,           // of nodes 0 … N
-    coordinates: Vec<usize>,        // of nodes 1 … N
+    impulses: Vec<usize>,           // of nodes 0 … N s
+    coordinates: Vec<usize>,        // of nodes 1 … N s
     pub(super) time: Option<usize>, // T
-    balances: Vec<usize>,           // of nodes 0 … N−1
-    closures: Vec<usize>,           // of nodes 1 … N
-    turns: Vec<usize>,              // of steps
+    balances: Vec<usize>,           // of nodes 0 … N s − 1
+    closures: Vec<usize>,           // of nodes 1 … N s
+    turns: Vec<usize>,              // from nodes 0 … N s − 1
     pub(super) conditions: Vec<Placed>, // rows beside bounds of variables
     pub(super) rest: Range<usize>,
 }
@@ -51,7 +54,7 @@ pub(super) fn is_bound(quantity: &Quantity, when: When) -> bool {
 }
 
 impl Layout {
-    pub(super) fn new(problem: &Problem, counts: Counts) -> Self {
+    pub(super) fn new(problem: &Problem, division: &Division, counts: Counts) -> Self {
         let Counts { tree, closures: m, turning } = counts;
         let (mut variable, mut row) = (0, 0);
         let place = |counter: &mut usize, count: usize| {
@@ -74,9 +77,9 @@ impl Layout {
             conditions: Vec::new(),
             rest: 0..0,
         };
-        for n in 0..problem.steps {
+        for k in 0..division.last() {
             for (control, values) in problem.controls.iter().zip(&mut values) {
-                if n % control.hold == 0 {
+                if division.starting(k).is_some_and(|n| n.is_multiple_of(control.hold)) {
                     values.push(place(&mut variable, 1));
                 }
             }
@@ -85,15 +88,16 @@ impl Layout {
             layout.balances.push(place(&mut row, tree));
             layout.closures.push(place(&mut row, m));
             layout.turns.push(place(&mut row, turning));
-            for (k, condition) in problem.conditions.iter().enumerate() {
-                let holds = match condition.when {
-                    When::End => n + 1 == problem.steps,
-                    When::Path => !is_bound(&condition.quantity, condition.when),
-                    When::Node(node) => node == n + 1,
+            let Some(n) = division.starting(k + 1) else { continue };
+            for (condition, own) in problem.conditions.iter().enumerate() {
+                let holds = match own.when {
+                    When::End => n == problem.steps,
+                    When::Path => !is_bound(&own.quantity, own.when),
+                    When::Node(node) => node == n,
                 };
                 if holds {
                     let row = place(&mut row, 1);
-                    layout.conditions.push(Placed { row, node: n + 1, condition: k });
+                    layout.conditions.push(Placed { row, node: k + 1, condition });
                 }
             }
         }
@@ -135,7 +139,7 @@ impl Layout {
         n.checked_sub(1).map(|k| self.coordinates[k])
     }
 
-    /// First row of the balance at node `n < N`.
+    /// First row of the balance at node `n < N s`.
     pub(super) fn balance(&self, n: usize) -> usize {
         self.balances[n]
     }
@@ -145,7 +149,7 @@ impl Layout {
         self.closures[n - 1]
     }
 
-    /// First row of the turns of step `n`.
+    /// First row of the turns from node `n` to the next one.
     pub(super) fn turn(&self, n: usize) -> usize {
         self.turns[n]
     }

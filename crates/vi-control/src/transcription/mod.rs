@@ -12,34 +12,43 @@
 //! coordinates, `d` equations and the controls. Letters: `ξ` coordinates of a chart about a
 //! reference `q̂` ([`chart`]), `g_c` independent closures, `hλ` their impulses, `w` controls.
 //!
+//! Above order 2 nodes and steps of these equations are those of the sub-steps `γ_i h` of a
+//! composition [2.20], or nodes the control points of Galerkin steps, with `w_i` of [2.26];
+//! controls are constant over whole steps, conditions are those of the nodes where these meet.
+//!
 //! Source: S. Leyendecker, S. Ober-Blöbaum, J. E. Marsden, M. Ortiz, Optim. Control Appl. Meth. 31
 //! (2010) 505–528; S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352.
 
 pub mod chart;
 mod derivatives;
+mod division;
 mod guess;
 mod layout;
 mod numbers;
+mod piece;
 mod point;
 pub mod problem;
 mod reach;
 
 use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
 use chart::{Chart, Reference};
+use division::Division;
 use guess::references;
 pub use guess::{Guess, Path};
 use layout::{Counts, Layout, is_bound};
 use nalgebra::DMatrix;
 use numbers::Velocities;
 use point::Point;
-use problem::{FinalTime, Problem, ProblemError, Quantity, Rest};
+use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest};
 use std::sync::Arc;
 use vi_constraints::null_space::NullSpaceQr;
-use vi_constraints::{Constraints as _, InitialValues};
+use vi_constraints::setup::SetupError;
+use vi_constraints::{Constraints as _, InitialValues, Method};
 use vi_core::sparse::SparseMatrix;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 use vi_multibody::Mechanism;
 use vi_multibody::form::Row;
+use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::scalar_constraint::ScalarRow;
 
 /// Bound of the second of three rotations of a chart about its reference, rad: at `π/2` the chart
@@ -57,19 +66,22 @@ pub struct Transcription {
     has_other: bool,
     n: usize,
     problem: Problem,
+    division: Division,
     layout: Layout,
     start_time: f64,
     start_angles: Vec<f64>,
     velocities: Option<Velocities>,
-    start_momentum: Vec<f64>,   // n
-    along_starts: Vec<f64>,     // coordinates of efforts along unknowns at the start
-    references: Vec<Reference>, // of nodes 0 … N
-    travel: Vec<Vec<f64>>,      // of references: what coordinates that add up have changed by
-    closures: Vec<Row>,         // independent
-    turning: Vec<usize>,        // angles whose turns are bounded
-    middle: Vec<usize>,         // second rotations of charts
-    resting: Vec<usize>,        // unknowns without momentum at the end
-    start: Vec<f64>,            // of the program
+    coordinates: Vec<Option<JointCoordinate>>, // of controls along unknowns
+    along_coordinates: Vec<Option<JointCoordinate>>, // of efforts of the model along unknowns
+    start_momentum: Vec<f64>,                  // n
+    along_starts: Vec<f64>,                    // coordinates of efforts along unknowns at the start
+    references: Vec<Reference>,                // of nodes 0 … N s
+    travel: Vec<Vec<f64>>, // of references: what coordinates that add up have changed by
+    closures: Vec<Row>,    // independent
+    turning: Vec<usize>,   // angles whose turns are bounded
+    middle: Vec<usize>,    // second rotations of charts
+    resting: Vec<usize>,   // unknowns without momentum at the end
+    start: Vec<f64>,       // of the program
     jacobian_places: Vec<(usize, usize)>,
     hessian_places: Vec<(usize, usize)>,
     point: Option<Point>,
@@ -80,8 +92,13 @@ pub struct Transcription {
 pub struct Motion {
     /// `h`, s.
     pub step: f64,
+    /// How the order of the steps is reached.
+    pub method: Method,
     /// `q_0 … q_N`, each of shape `n`.
     pub nodes: Vec<Vec<f64>>,
+    /// Of each step, the nodes between its sub-steps, or its inner control points, each of shape
+    /// `n`.
+    pub within: Vec<Vec<Vec<f64>>>,
     /// Of each step, the value of each control, N or N·m.
     pub controls: Vec<Vec<f64>>,
     /// Of each term, weighted.
@@ -89,6 +106,15 @@ pub struct Motion {
     /// What the coordinates of the tree that add up have changed by since the start, at each node,
     /// shape `d`; of rotation vectors without meaning.
     pub travel: Vec<Vec<f64>>,
+}
+
+impl Motion {
+    /// All nodes, in their order.
+    pub fn all_nodes(&self) -> impl Iterator<Item = &[f64]> {
+        let within = self.within.iter().map(Vec::as_slice).chain(std::iter::once(&[][..]));
+        let step = |(node, within)| std::iter::once(node).chain(within);
+        self.nodes.iter().zip(within).flat_map(step).map(Vec::as_slice)
+    }
 }
 
 /// A condition at a node.
@@ -122,8 +148,9 @@ impl Transcription {
         let n = at.q.len();
         let chart = Chart::new(mechanism, n);
         let closures = independent(mechanism, &chart, &chart.reference(at.q))?;
+        let division = Division::new(problem.method, problem.steps);
         let (references, travel) =
-            references(&chart, mechanism, (at.q, &closures), problem.steps, guess)?;
+            references(&chart, mechanism, (at.q, &closures), &division, guess)?;
         if !closures.is_empty() && matches!(problem.rest, Rest::Unknowns(_)) {
             return Err(ProblemError::NotCovered("rest of single joints of a closed loop"));
         }
@@ -132,8 +159,22 @@ impl Transcription {
         let turning = if bounded { turning } else { Vec::new() };
         let d = chart.dof();
         let counts = Counts { tree: d, closures: closures.len(), turning: turning.len() };
-        let layout = Layout::new(&problem, counts);
+        let layout = Layout::new(&problem, &division, counts);
         let along_starts = along_starts(&system, at, &problem)?;
+        let coordinate = |unknown| numbers::coordinate(mechanism, unknown);
+        let coordinates = problem.controls.iter().map(|control| match control.acts {
+            Acts::Along(unknown) => coordinate(unknown),
+            Acts::Wrench(_) => None,
+        });
+        let coordinates: Vec<_> = coordinates.collect();
+        let is_effort = |control: &Control| matches!(control.acts, Acts::Along(_));
+        let mut efforts = problem.controls.iter().zip(&coordinates);
+        let unknown = efforts.any(|(own, coordinate)| is_effort(own) && coordinate.is_none());
+        if problem.method.stages().is_some() && unknown {
+            return Err(ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
+        }
+        let along = system.along_unknowns();
+        let along_coordinates = along.map(|own| coordinate(own.unknown)).collect();
         let velocities = Velocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];
         system.mass().mul_add(1.0, at.v, &mut start_momentum);
@@ -151,6 +192,8 @@ impl Transcription {
             start_time: at.t,
             start_angles: mechanism.principal_angles(at.q),
             velocities,
+            coordinates,
+            along_coordinates,
             mechanism: mechanism.clone(),
             start_momentum,
             along_starts,
@@ -167,6 +210,7 @@ impl Transcription {
             chart,
             system,
             problem,
+            division,
         };
         transcription.start = transcription.begin(guess);
         transcription.find_places();
@@ -224,12 +268,22 @@ impl Transcription {
                 (0..self.problem.controls.len()).map(|k| x[self.layout.control(k, n)]).collect()
             })
             .collect();
-        let travel = (0..=self.problem.steps)
-            .map(|n| (0..self.chart.dof()).map(|j| self.traveled(x, n, j)).collect())
-            .collect();
-        let costs = self.costs(&point);
-        let nodes = point.nodes.into_iter().map(|node| node.placed.q).collect();
-        Ok(Motion { step: point.h, nodes, controls, costs, travel })
+        let travel = (0..=self.problem.steps).map(|n| self.traveled_at(x, self.division.node(n)));
+        let travel = travel.collect();
+        let (costs, step, method) = (self.costs(&point), point.h, self.problem.method);
+        let (mut nodes, mut within) = (Vec::new(), vec![Vec::new(); self.problem.steps]);
+        for (k, node) in point.nodes.into_iter().enumerate() {
+            match self.division.starting(k) {
+                Some(_) => nodes.push(node.placed.q),
+                None => within[self.division.step(k)].push(node.placed.q),
+            }
+        }
+        Ok(Motion { step, method, nodes, within, controls, costs, travel })
+    }
+
+    /// What the coordinates that add up have changed by at a node, shape `d`.
+    fn traveled_at(&self, x: &[f64], n: usize) -> Vec<f64> {
+        (0..self.chart.dof()).map(|j| self.traveled(x, n, j)).collect()
     }
 
     /// What conditions have at their nodes at a point with its multipliers.
@@ -243,16 +297,17 @@ impl Transcription {
             let value = |n: usize| self.quantity(&point, &condition.quantity, n);
             if is_bound(&condition.quantity, condition.when) {
                 let Quantity::Joint { unknown, .. } = condition.quantity else { continue };
-                for n in 1..=self.problem.steps {
+                for node in 1..=self.problem.steps {
+                    let n = self.division.node(node);
                     let at = self.layout.coordinate(n).unwrap_or(0) + unknown.index;
                     let multiplier = unknown.sign * (multipliers.upper[at] - multipliers.lower[at]);
-                    met.push(Met { condition: k, node: n, value: value(n), multiplier });
+                    met.push(Met { condition: k, node, value: value(n), multiplier });
                 }
                 continue;
             }
             for own in self.layout.conditions.iter().filter(|own| own.condition == k) {
-                let multiplier = multipliers.rows[own.row];
-                met.push(Met { condition: k, node: own.node, value: value(own.node), multiplier });
+                let (node, multiplier) = (self.division.step(own.node), multipliers.rows[own.row]);
+                met.push(Met { condition: k, node, value: value(own.node), multiplier });
             }
         }
         Ok(met)
@@ -263,7 +318,7 @@ impl Transcription {
     pub fn costates(&self, multipliers: &Multipliers) -> Vec<Vec<f64>> {
         let d = self.chart.dof();
         let own = |n: usize| {
-            let at = self.layout.balance(n);
+            let at = self.layout.balance(self.division.node(n));
             multipliers.rows[at..at + d].to_vec()
         };
         (0..self.problem.steps).map(own).collect()
@@ -275,7 +330,7 @@ impl Transcription {
     pub fn leaves_chart(&self, x: &[f64]) -> bool {
         let turned =
             |n: usize, j: usize| self.layout.coordinate(n).map_or(0.0, |at| x[at + j].abs());
-        (1..=self.problem.steps).any(|n| self.middle.iter().any(|&j| turned(n, j) > 0.9 * CHART))
+        (1..=self.division.last()).any(|n| self.middle.iter().any(|&j| turned(n, j) > 0.9 * CHART))
     }
 
     /// Puts the references of the charts on the nodes at a point, which becomes the start; the
@@ -285,10 +340,10 @@ impl Transcription {
     /// [`Undefined`].
     pub fn move_references(&mut self, x: &[f64]) -> Result<(), Undefined> {
         let motion = self.motion(x)?;
-        self.references = motion.nodes.iter().map(|q| self.chart.reference(q)).collect();
-        self.travel = motion.travel;
+        self.references = motion.all_nodes().map(|q| self.chart.reference(q)).collect();
+        self.travel = (0..=self.division.last()).map(|n| self.traveled_at(x, n)).collect();
         self.start = x.to_vec();
-        for n in 1..=self.problem.steps {
+        for n in 1..=self.division.last() {
             if let Some(at) = self.layout.coordinate(n) {
                 self.start[at..at + self.chart.dof()].fill(0.0);
             }
@@ -301,7 +356,7 @@ impl Transcription {
     fn row_values_at(&self, point: &Point, out: &mut [f64]) {
         let d = self.chart.dof();
         let mut residual = vec![0.0; d];
-        for n in 0..=self.problem.steps {
+        for n in 0..=self.division.last() {
             self.residual(point, n, &mut residual);
             for (row, j) in self.balances_at(n) {
                 out[row] = residual[j];
@@ -312,7 +367,7 @@ impl Transcription {
                 }
             }
         }
-        for n in 0..self.problem.steps {
+        for n in 0..self.division.last() {
             for (k, &j) in self.turning.iter().enumerate() {
                 let own = |n: usize| self.layout.coordinate(n).map_or(0.0, |at| point.x[at + j]);
                 out[self.layout.turn(n) + k] = own(n + 1) - own(n);
@@ -349,6 +404,10 @@ fn check_mechanism(
         || system.has_memory()
     {
         return Err(ProblemError::NotCovered("forces with a memory"));
+    }
+    let gammas = problem.method.composition().gammas();
+    if system.is_dissipative() && gammas.iter().any(|gamma| *gamma < 0.0) {
+        return Err(ProblemError::Method(SetupError::DissipativeComposition));
     }
     let free_time = matches!(problem.time, FinalTime::Free { .. });
     if free_time && system.has_forces_beside_unknowns() {
@@ -446,9 +505,12 @@ impl Program for Transcription {
         {
             variables[at] = [min, max];
         }
-        for n in 1..=self.problem.steps {
+        for n in 1..=self.division.last() {
             let at = self.layout.coordinate(n).unwrap_or(0);
             self.middle.iter().for_each(|j| variables[at + j] = [-CHART, CHART]);
+            if self.division.starting(n).is_none() {
+                continue;
+            }
             let path = self.problem.conditions.iter();
             for condition in path.filter(|own| is_bound(&own.quantity, own.when)) {
                 let Quantity::Joint { unknown, start } = condition.quantity else { continue };
@@ -459,7 +521,7 @@ impl Program for Transcription {
                 *own = [own[0].max(a.min(b)), own[1].min(a.max(b))];
             }
         }
-        for n in 0..self.problem.steps {
+        for n in 0..self.division.last() {
             for k in 0..self.turning.len() {
                 let by = self.travel[n + 1][self.turning[k]] - self.travel[n][self.turning[k]];
                 let most = self.problem.max_increment;
@@ -520,23 +582,23 @@ impl Program for Transcription {
     }
 
     fn row_name(&self, row: usize) -> String {
-        let steps = self.problem.steps;
+        let count = self.division.last();
         let named = self.layout.conditions.iter().find(|placed| placed.row == row);
         if let Some(placed) = named {
             let name = &self.problem.conditions[placed.condition].name;
-            return format!("`{name}` at node {}", placed.node);
+            return format!("`{name}` at node {}", self.division.step(placed.node));
         }
         if self.layout.rest.contains(&row) {
             return "rest at the end".to_owned();
         }
         let of_step = |n: &usize| row >= self.layout.balance(*n);
-        let n = (0..steps).rev().find(of_step).unwrap_or(0);
+        let n = (0..count).rev().find(of_step).unwrap_or(0);
         if row >= self.layout.turn(n) && !self.turning.is_empty() {
-            format!("turn of step {n}")
+            self.division.name("turn of step", n)
         } else if row >= self.layout.closure(n + 1) && !self.closures.is_empty() {
-            format!("closed loops at node {}", n + 1)
+            self.division.name("closed loops at node", n + 1)
         } else {
-            format!("balance at node {n}")
+            self.division.name("balance at node", n)
         }
     }
 }

@@ -7,20 +7,24 @@
 //! ∂y/∂ξ_n     = Kᵀ (y_q + Dᵀ y_p̄ + (h/2) Σ w_{n−1} D²θ y_p̄),      ∂y/∂ξ_{n−1} = Kᵀ Cᵀ y_p̄
 //! ∂y/∂w_{n−1} = (h/2) ∇θ·y_p̄,  or y_p̄·f_w^+ of a wrench,          ∂y/∂h = y_p̄·∂p̄_n/∂h
 //! ```
+//! In Galerkin steps `p̄_n = w_s` [2.29], with the derivatives of `w_s`.
 //! Multipliers and accelerations are those of the step from the node, which the last one has none
 //! of. Second derivatives of numbers with velocities are differences of these slopes, by one
-//! coordinate of every other node at once, since each reads two nodes: they steer the method and
-//! move no optimum.
+//! coordinate of every other node at once, since each reads two nodes, of Galerkin steps `s + 1`:
+//! they steer the method and move no optimum.
 
 use super::Transcription;
 use super::derivatives::Sink;
+use super::piece::Kind;
 use super::point::Point;
-use super::problem::{Acts, CostKind, Problem, ProblemError, Quantity};
+use super::problem::{Acts, Control, CostKind, Problem, ProblemError, Quantity};
 use crate::node::{NodeQuantity, Reads};
 use crate::objective::{self, Known, Seen};
 use crate::program::Undefined;
 use crate::terminal_rate::NodeReader;
+use nalgebra::DMatrix;
 use vi_constraints::InitialValues;
+use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
@@ -39,16 +43,17 @@ const CHANGE: f64 = 1e-7;
 #[derive(Debug)]
 pub(super) struct Velocities {
     reader: NodeReader,
-    /// Of controls along unknowns, those.
-    coordinates: Vec<Option<JointCoordinate>>,
 }
 
-/// The coordinate that an unknown of the tree is; `None` of rotation vectors and free places.
-fn coordinate(mechanism: &Mechanism, unknown: SignedUnknown) -> Option<JointCoordinate> {
-    let own = |k: usize| unknown.index.checked_sub(k);
-    let mut links = mechanism.tree().links().iter();
-    let link = links.find(|link| own(link.offset).is_some_and(|k| k < link.dof()))?;
-    JointCoordinate::principal(&link.joint, own(link.offset)?)
+/// The coordinate of a joint that an unknown of the tree is; `None` of rotation vectors and free
+/// places.
+pub(super) fn coordinate(mechanism: &Mechanism, unknown: SignedUnknown) -> Option<JointCoordinate> {
+    let tree = mechanism.tree();
+    mechanism.description().joints.iter().find_map(|joint| {
+        let mut freedoms = 0..joint.kind.dof();
+        let freedom = freedoms.find(|k| tree.unknown_of(joint, *k) == Some(unknown))?;
+        JointCoordinate::principal(joint, freedom)
+    })
 }
 
 impl Velocities {
@@ -69,6 +74,7 @@ impl Velocities {
             let what = match own.reads() {
                 Reads { accelerations: true, .. } => "accelerations, which controls change as well",
                 Reads { forces: true, .. } => "multipliers of the step from the node",
+                Reads { internal: true, .. } => "what all steps before it have done",
                 _ if free && own.reads_time() => "the time, and the final time is free",
                 _ => continue,
             };
@@ -81,16 +87,15 @@ impl Velocities {
         let rows = rows.map_err(|_| ProblemError::NotCovered("velocities at a singular start"))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
-        let coordinates = problem.controls.iter().map(|control| match control.acts {
-            Acts::Along(unknown) => match coordinate(mechanism, unknown) {
-                None => Err(ProblemError::NotCovered("velocities beside efforts of ball joints")),
-                found => Ok(found),
-            },
-            Acts::Wrench(_) => Ok(None),
-        });
-        let coordinates = coordinates.collect::<Result<_, _>>()?;
+        let turns_ball = |control: &Control| match control.acts {
+            Acts::Along(unknown) => coordinate(mechanism, unknown).is_none(),
+            Acts::Wrench(_) => false,
+        };
+        if problem.controls.iter().any(turns_ball) {
+            return Err(ProblemError::NotCovered("velocities beside efforts of ball joints"));
+        }
         let reader = NodeReader::at(mechanism, system, (&rows, &state), &[], None)?;
-        Ok(Some(Self { reader, coordinates }))
+        Ok(Some(Self { reader }))
     }
 }
 
@@ -102,10 +107,10 @@ impl Transcription {
         Ok(point)
     }
 
-    /// Takes note of the nodes, where numbers are continued along the motion.
+    /// Takes note of the nodes where steps meet, as a run does: numbers are continued along these.
     pub(super) fn follow(&self, point: &Point) {
         for (_, quantity) in self.problem.numbers() {
-            for n in 0..=self.problem.steps {
+            for n in (0..=self.problem.steps).map(|n| self.division.node(n)) {
                 let seen = if n == 0 { Seen::First } else { Seen::Next };
                 let at = point.configuration(n);
                 match quantity {
@@ -147,7 +152,7 @@ impl Transcription {
         let mut conditions = self.layout.conditions.iter();
         let of_costs = self.problem.costs.iter().all(|cost| match &cost.kind {
             CostKind::Deviation { quantity, when, .. } => {
-                let mut counted = self.counted(*when, point.h).into_iter();
+                let mut counted = self.counted(quantity, *when, point.h).into_iter();
                 counted.all(|(n, ..)| exists(quantity, n))
             }
             _ => true,
@@ -160,28 +165,38 @@ impl Transcription {
     fn state(&self, point: &Point, n: usize) -> State {
         let at = point.configuration(n);
         let mut p = self.start_momentum.clone();
-        if let Some(step) = n.checked_sub(1) {
-            let s = &point.intervals[step];
-            self.system.forced_d2(s, &mut p);
-            point.wrenches[step].iter().for_each(|load| load.add_plus(s, &mut p));
-            for (value, own) in self.efforts_of(point, step) {
-                own.add_gradient(at.q, 0.5 * s.h * value, &mut p); // [5.11]
+        if let Some(number) = self.before(n) {
+            let piece = &point.pieces[number];
+            let s = &piece.s;
+            if let Kind::Galerkin(_) = piece.kind {
+                let [inertial, other] = piece.momentum(self, self.division.span());
+                p = inertial.iter().zip(&other).map(|(a, b)| a + b).collect(); // [2.29]
+            } else {
+                self.system.forced_d2(s, &mut p);
+                piece.wrenches.iter().for_each(|load| load.add_plus(s, &mut p));
+                for (_, value, own) in self.efforts_of(point, number) {
+                    own.add_gradient(at.q, 0.5 * s.h * value, &mut p); // [5.11]
+                }
             }
         }
         let state = State::new(at.t, at.q.to_vec(), p);
         State { angles: at.angles.to_vec(), ..state }
     }
 
-    /// Controls along unknowns in a step: their efforts along coordinates that grow with these.
+    /// The piece that ends at a node.
+    fn before(&self, n: usize) -> Option<usize> {
+        self.division.pieces_at(n).find(|(_, own)| *own == self.division.span()).map(|own| own.0)
+    }
+
+    /// Controls along unknowns in a piece: their variables, efforts and coordinates.
     fn efforts_of<'a>(
         &'a self,
         point: &'a Point,
-        step: usize,
-    ) -> impl Iterator<Item = (f64, &'a JointCoordinate)> {
-        let all = self.velocities.iter().flat_map(|own| &own.coordinates);
-        self.efforts().filter_map(move |(k, along)| {
-            let own = all.clone().nth(k)?.as_ref()?;
-            Some((along.sign * point.x[self.layout.control(k, step)], own))
+        piece: usize,
+    ) -> impl Iterator<Item = (usize, f64, &'a JointCoordinate)> {
+        self.efforts().filter_map(move |(k, _)| {
+            let at = self.acting(k, piece);
+            Some((at, point.x[at], self.coordinates[k].as_ref()?))
         })
     }
 
@@ -214,48 +229,74 @@ impl Transcription {
     }
 
     fn node_slope(&self, point: &Point, own: &dyn NodeQuantity, n: usize) -> Vec<(usize, f64)> {
-        let (Some(all), Some(step)) = (&self.velocities, n.checked_sub(1)) else {
+        let (Some(all), Some(number)) = (&self.velocities, self.before(n)) else {
             return Vec::new();
         };
-        let (s, state) = (&point.intervals[step], self.state(point, n));
-        let [mut of_q, mut of_p, mut of_last] = [(); 3].map(|()| vec![0.0; self.n]);
-        let slopes = [&mut of_q[..], &mut of_p, &mut []];
+        let (piece, state) = (&point.pieces[number], self.state(point, n));
+        let mut by = Costate::zero(self.n, 0);
+        let slopes = (&mut by, &mut [][..]);
         all.reader.add_slopes((own, &|_| 1.0), (&state, Known::State), slopes, &mut []);
-        let pull = |emit: &dyn Fn(&mut dyn Entries), out: &mut [f64]| {
-            let into = &mut Product { v: &of_p, out };
-            emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
-        };
-        let wrenches = &point.wrenches[step];
-        pull(&|out| self.system.forced_d2_d2(s, out), &mut of_q);
-        pull(&|out| self.system.forced_d1_d2(s, out), &mut of_last);
-        for load in wrenches {
-            pull(&|out| load.add_slope(s, Slot::Second, Slot::Second, out), &mut of_q);
-            pull(&|out| load.add_slope(s, Slot::Second, Slot::First, out), &mut of_last);
-        }
-        for (value, own) in self.efforts_of(point, step) {
-            own.add_bend(&state.q, &of_p, 0.5 * s.h * value, &mut of_q);
-        }
-        let mut slopes = Vec::new();
-        for (node, slope) in [(n, of_q), (step, of_last)] {
+        let Costate { q: of_q, p: of_p, .. } = by;
+        let (span, mut slopes) = (self.division.span(), Vec::new());
+        for j in (0..=span).rev() {
+            let mut slope = self.momentum_slope(point, (number, &state), j, &of_p);
+            if j == span {
+                slope.iter_mut().zip(&of_q).for_each(|(slope, y)| *slope += y);
+            }
+            let node = piece.first + j;
             if let Some(at) = self.layout.coordinate(node) {
                 slopes.extend((at..).zip(point.along_columns(node, &slope)));
             }
         }
-        let mut by_step = self.momentum_by_step(point, step, &of_p);
-        for ((k, along), (value, own)) in self.efforts().zip(self.efforts_of(point, step)) {
-            let rate = 0.5 * own.rate(&state.q, &of_p);
-            slopes.push((self.layout.control(k, step), along.sign * s.h * rate));
-            by_step += value * rate;
-        }
-        for (k, load) in self.wrenches() {
-            let impulse = dot(&load.half_impulse(s, &state.q), load.of_frame(&of_p));
-            slopes.push((self.layout.control(k, step), impulse));
-        }
-        for load in wrenches {
-            by_step += dot(&load.half_impulse(s, &state.q), load.of_frame(&of_p)) / s.h;
+        let mut by_step = self.momentum_by_step(point, number, &of_p);
+        let gamma = self.division.gamma(number);
+        for k in 0..self.problem.controls.len() {
+            let at = self.acting(k, number);
+            let along = match (&piece.kind, &self.coordinates[k]) {
+                (Kind::SubStep(_), Some(own)) => 0.5 * piece.s.h * own.rate(&state.q, &of_p),
+                _ => piece.effect_along(self, k, span, &of_p),
+            };
+            slopes.push((at, along));
+            if let Kind::SubStep(_) = piece.kind {
+                by_step += point.x[at] * along * gamma / piece.s.h;
+            }
         }
         slopes.extend(self.layout.time.map(|time| (time, by_step / self.problem.steps as f64)));
         slopes
+    }
+
+    /// `(∂p̄_n/∂q_j)ᵀ y` of the momentum with which a piece ends, `q_j` its node of this number.
+    fn momentum_slope(
+        &self,
+        point: &Point,
+        (number, state): (usize, &State),
+        j: usize,
+        y: &[f64],
+    ) -> Vec<f64> {
+        let (piece, span) = (&point.pieces[number], self.division.span());
+        if let Kind::Galerkin(_) = piece.kind {
+            let y = DMatrix::from_column_slice(self.n, 1, y);
+            return piece.times(self, (span, j), &y, true).sum().as_slice().to_vec();
+        }
+        let (s, mut slope) = (&piece.s, vec![0.0; self.n]);
+        let mut pull = |emit: &dyn Fn(&mut dyn Entries)| {
+            let into = &mut Product { v: y, out: &mut slope };
+            emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
+        };
+        let by = Slot::BOTH[j];
+        match by {
+            Slot::First => pull(&|out| self.system.forced_d1_d2(s, out)),
+            Slot::Second => pull(&|out| self.system.forced_d2_d2(s, out)),
+        }
+        for load in &piece.wrenches {
+            pull(&|out| load.add_slope(s, Slot::Second, by, out));
+        }
+        if by == Slot::Second {
+            for (_, value, own) in self.efforts_of(point, number) {
+                own.add_bend(&state.q, y, 0.5 * s.h * value, &mut slope);
+            }
+        }
+        slope
     }
 
     /// The numbers of nodes with their velocities that count, with their nodes and their factors in
@@ -272,7 +313,7 @@ impl Transcription {
         }
         for cost in &self.problem.costs {
             let CostKind::Deviation { quantity, target, when } = &cost.kind else { continue };
-            for (n, part, _) in self.counted(*when, point.h) {
+            for (n, part, _) in self.counted(quantity, *when, point.h) {
                 let e = self.quantity(point, quantity, n) - target;
                 all.push((n, quantity, factor * cost.weight * part * e));
             }
@@ -284,12 +325,13 @@ impl Transcription {
     /// Variables of which each number of a node reads one at most, each with its change.
     fn apart(&self, x: &[f64]) -> Vec<Vec<(usize, f64)>> {
         let change = |at: usize| (at, CHANGE * (1.0 + x[at].abs()));
+        let read = self.division.span() + 1; // nodes of a number
         let coordinates = |first: usize, j: usize| {
-            let nodes = (first..=self.problem.steps).step_by(2);
+            let nodes = (first..=self.division.last()).step_by(read);
             nodes.filter_map(|n| Some(change(self.layout.coordinate(n)? + j))).collect()
         };
         let d = self.chart.dof();
-        let mut sets: Vec<Vec<_>> = (0..2 * d).map(|k| coordinates(1 + k / d, k % d)).collect();
+        let mut sets: Vec<Vec<_>> = (0..read * d).map(|k| coordinates(1 + k / d, k % d)).collect();
         let controls = 0..self.problem.controls.len();
         let values = |k: usize| self.layout.values(k).iter().map(|at| change(*at)).collect();
         sets.extend(controls.map(values));
@@ -325,14 +367,22 @@ impl Transcription {
         }
     }
 
-    /// `y_p̄·∂(D_2L_d + f^+)/∂h` without controls; zero where the time is given.
-    fn momentum_by_step(&self, point: &Point, step: usize, of_p: &[f64]) -> f64 {
+    /// `y_p̄·∂p̄_n/∂h` of the momentum with which a piece ends, of a sub-step without controls;
+    /// zero where the time is given.
+    fn momentum_by_step(&self, point: &Point, number: usize, of_p: &[f64]) -> f64 {
         if self.layout.time.is_none() {
             return 0.0;
         }
-        let (s, mut change) = (&point.intervals[step], vec![0.0; self.n]);
-        let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
-        match self.system.add_step_slope(s, Slot::Second, by, &mut change) {
+        let (piece, length) = (&point.pieces[number], self.division.gamma(number));
+        let span = self.division.span();
+        if let Kind::Galerkin(_) = piece.kind {
+            let [inertial, other] = piece.momentum(self, span);
+            let rest = dot(&piece.by_length(self, span, &other), of_p);
+            return length * (rest - dot(&inertial, of_p) / piece.s.h);
+        }
+        let mut change = vec![0.0; self.n];
+        let by = StepChange { length, middle: 0.0 }; // nothing depends on the time itself
+        match self.system.add_step_slope(&piece.s, Slot::Second, by, &mut change) {
             Ok(()) => dot(&change, of_p),
             Err(_) => f64::NAN,
         }

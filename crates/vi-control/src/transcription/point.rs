@@ -1,20 +1,20 @@
 //! The motion at a point of the program: nodes, discrete momenta, residuals.
 //!
 //! ```text
-//! w_n = D_2L_d(q_{n−1}, q_n) + f_{n−1}^+ + D_1L_d(q_n, q_{n+1}) + f_n^- − G_c(q_n)ᵀ (hλ_n)
-//! r_n = Kᵀ w_n + σ (h/2)(τ_{n−1} + τ_n) e_j      τ: controls, and efforts of the model along unknowns
-//! wrenches of controls are part of f^± [4.6]
+//! w_n = Σ w_i of the pieces at the node − G_c(q_n)ᵀ (hλ_n)      of sub-steps D_2L_d + f_{n−1}^+ + D_1L_d + f_n^-
+//! r_n = Kᵀ w_n + σ (h/2)(τ_{n−1} + τ_n) e_j                     τ: controls, and efforts of the model along unknowns
+//! wrenches of controls are part of f^± [4.6]; of Galerkin steps all efforts of w_i
 //! ```
 
 use super::Transcription;
 use super::chart::Placed;
-use super::problem::{Acts, CostKind, When};
+use super::piece::{Kind, Piece};
+use super::problem::{Acts, CostKind, Quantity, When};
 use crate::program::Undefined;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints as _;
 use vi_core::Configuration;
 use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
-use vi_core::force::DiscreteForce as _;
 use vi_core::interval::Interval;
 use vi_multibody::form::Row;
 use vi_rigid::load::Load;
@@ -27,13 +27,13 @@ pub(super) struct Node {
     pub(super) columns: DMatrix<f64>,
     /// What inertia contributes to `w`, of the order `1/h`.
     pub(super) inertial: Vec<f64>,
-    /// What gravity, potentials and forces contribute, of the order `h`.
-    pub(super) other: Vec<f64>,
     /// `w`.
     pub(super) balance: Vec<f64>,
+    /// `∂w/∂h`, `h` that of a whole step; empty where the time is given.
+    pub(super) by_step: Vec<f64>,
 }
 
-/// An effort of the model along an unknown in a step.
+/// An effort of the model along an unknown in a sub-step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Along {
     /// `j`.
@@ -52,23 +52,20 @@ pub(super) struct Along {
 #[derive(Debug)]
 pub(super) struct Point {
     pub(super) x: Vec<f64>,
+    /// That of a whole step.
     pub(super) h: f64,
     pub(super) nodes: Vec<Node>,
-    pub(super) intervals: Vec<Interval>,
-    /// Of each step.
-    pub(super) along: Vec<Vec<Along>>,
-    /// The wrenches of controls in each step, with their values.
-    pub(super) wrenches: Vec<Vec<Load>>,
+    pub(super) pieces: Vec<Piece>,
     /// Unwrapped angles of joints at each node, rad.
     angles: Vec<Vec<f64>>,
-    /// `t` at the start, s.
-    start_time: f64,
+    /// Of each node, s.
+    times: Vec<f64>,
 }
 
 impl Point {
     /// Node `n`.
     pub(super) fn configuration(&self, n: usize) -> Configuration<'_> {
-        let t = self.start_time + n as f64 * self.h;
+        let t = self.times[n];
         Configuration { t, q: &self.nodes[n].placed.q, angles: &self.angles[n], internal: &[] }
     }
 
@@ -77,6 +74,10 @@ impl Point {
         let columns = self.nodes[n].columns.column_iter();
         columns.map(|column| column.iter().zip(x).map(|(k, x)| k * x).sum()).collect()
     }
+}
+
+fn add(scale: f64, x: &[f64], out: &mut [f64]) {
+    out.iter_mut().zip(x).for_each(|(out, x)| *out += scale * x);
 }
 
 impl Transcription {
@@ -99,21 +100,19 @@ impl Transcription {
 
     /// The motion at `x`.
     pub(super) fn point_at(&self, x: &[f64]) -> Result<Point, Undefined> {
-        let (steps, h) = (self.problem.steps, self.step_of(x));
+        let (count, h) = (self.division.last(), self.step_of(x));
         if x.iter().any(|x| !x.is_finite()) || h <= 0.0 {
             return Err(Undefined);
         }
-        let mut nodes: Vec<Node> = Vec::with_capacity(steps + 1);
-        for n in 0..=steps {
+        let mut nodes: Vec<Node> = Vec::with_capacity(count + 1);
+        for n in 0..=count {
             let placed = self.chart.place(&self.references[n], &self.chart_coordinates(x, n));
             let columns = self.chart.columns(&placed);
             let zero = || vec![0.0; self.n];
-            nodes.push(Node { placed, columns, inertial: zero(), other: zero(), balance: zero() });
+            let by_step = if self.layout.time.is_some() { zero() } else { Vec::new() };
+            nodes.push(Node { placed, columns, inertial: zero(), balance: zero(), by_step });
         }
-        let (mut intervals, mut along) = (Vec::with_capacity(steps), Vec::with_capacity(steps));
-        let mut wrenches = Vec::with_capacity(steps);
-        let mut scratch = vec![0.0; self.n];
-        let mut angles: Vec<Vec<f64>> = Vec::with_capacity(steps + 1);
+        let mut angles: Vec<Vec<f64>> = Vec::with_capacity(count + 1);
         for node in &nodes {
             // the turns of a step are bounded: those next to the node before
             let last = angles.last().map_or(&self.start_angles, |last| last);
@@ -121,90 +120,87 @@ impl Transcription {
             self.mechanism.unwrap_angles(&node.placed.q, &mut own);
             angles.push(own);
         }
-        for n in 0..steps {
-            let t = self.start_time + n as f64 * h;
-            let mut s = Interval::between(t, h, &nodes[n].placed.q, &nodes[n + 1].placed.q);
-            s.angles.clone_from(&angles[n]);
-            self.add_step(&s, [0, 1].map(|k| n + k), &mut nodes, &mut scratch);
-            let value = |k: usize| x[self.layout.control(k, n)];
-            let acting = self.wrenches().map(|(k, load)| load.scaled(value(k)));
-            let acting: Vec<Load> = acting.collect();
-            for load in &acting {
-                load.add_minus(&s, &mut nodes[n].other);
-                load.add_plus(&s, &mut nodes[n + 1].other);
+        let time = |n: usize| self.start_time + self.division.time(n) * h;
+        let times: Vec<f64> = (0..=count).map(time).collect();
+        let mut pieces = Vec::with_capacity(self.division.pieces());
+        for p in 0..self.division.pieces() {
+            let (span, length) = (self.division.span(), self.division.gamma(p));
+            let first = p * span;
+            let between: Vec<&[f64]> =
+                nodes[first..=first + span].iter().map(|node| &node.placed.q[..]).collect();
+            let value = |k: usize| x[self.acting(k, p)];
+            let start = (&angles[first][..], times[first], length * h);
+            let mut piece = Piece::new(self, (first, &between), start, &value);
+            if let Kind::SubStep(along) = &mut piece.kind {
+                *along = self.along_at(x, first, &piece.s);
             }
-            wrenches.push(acting);
-            along.push(self.along_at(x, n, &s));
-            intervals.push(s);
+            for i in 0..=span {
+                let [inertial, other] = piece.momentum(self, i);
+                let node = &mut nodes[first + i];
+                add(1.0, &inertial, &mut node.inertial);
+                add(1.0, &other, &mut node.balance);
+                if !node.by_step.is_empty() {
+                    add(-1.0 / h, &inertial, &mut node.by_step);
+                    add(length, &piece.by_length(self, i, &other), &mut node.by_step);
+                }
+            }
+            pieces.push(piece);
         }
         for (n, node) in nodes.iter_mut().enumerate() {
-            let Node { inertial, other, balance, placed, .. } = node;
-            for ((b, i), o) in balance.iter_mut().zip(inertial.iter()).zip(other.iter()) {
-                *b = i + o;
-            }
+            let Node { inertial, balance, placed, .. } = node;
+            add(1.0, inertial, balance);
             if n == 0 {
-                balance.iter_mut().zip(&self.start_momentum).for_each(|(b, p)| *b += p);
+                add(1.0, &self.start_momentum, balance);
             }
             for (k, row) in self.impulses_at(n).enumerate() {
                 let impulse = x[self.layout.impulse(n) + k];
                 row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
-        let (x, start_time) = (x.to_vec(), self.start_time);
-        Ok(Point { x, h, nodes, intervals, along, wrenches, angles, start_time })
+        let x = x.to_vec();
+        Ok(Point { x, h, nodes, pieces, angles, times })
     }
 
     /// The closures whose impulses act at node `n`.
     pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Row> {
-        let acts = n < self.problem.steps || self.acts_at_end();
+        let acts = n < self.division.last() || self.acts_at_end();
         self.closures.iter().filter(move |_| acts)
     }
 
-    /// Adds the discrete momenta of a step to both of its nodes.
-    fn add_step(
-        &self,
-        s: &Interval,
-        [from, to]: [usize; 2],
-        nodes: &mut [Node],
-        scratch: &mut [f64],
-    ) {
-        let h = s.h;
-        self.system.inertia().mul_add(-1.0 / h, &s.dq, &mut nodes[from].inertial);
-        self.system.inertia().mul_add(1.0 / h, &s.dq, &mut nodes[to].inertial);
-        for node in [from, to] {
-            let other = &mut nodes[node].other;
-            other.iter_mut().zip(&self.weight).for_each(|(o, w)| *o += 0.5 * h * w);
+    /// The wrench that a control is, of the value 1.
+    pub(super) fn wrench(&self, control: usize) -> Option<&Load> {
+        match &self.problem.controls[control].acts {
+            Acts::Wrench(load) => Some(load),
+            Acts::Along(_) => None,
         }
-        if self.has_other {
-            for (node, slot) in [from, to].into_iter().zip(vi_core::Slot::BOTH) {
-                self.system.beside_unknowns(s, slot, scratch);
-                nodes[node].other.iter_mut().zip(&*scratch).for_each(|(o, f)| *o += f);
-            }
+    }
+
+    /// The unknown along which a control acts.
+    pub(super) fn along(&self, control: usize) -> Option<SignedUnknown> {
+        match self.problem.controls[control].acts {
+            Acts::Along(unknown) => Some(unknown),
+            Acts::Wrench(_) => None,
         }
     }
 
     /// The controls that are wrenches, each with its load of the value 1.
     pub(super) fn wrenches(&self) -> impl Iterator<Item = (usize, &Load)> {
-        self.problem.controls.iter().enumerate().filter_map(|(k, own)| match &own.acts {
-            Acts::Wrench(load) => Some((k, load)),
-            Acts::Along(_) => None,
-        })
+        (0..self.problem.controls.len()).filter_map(|k| Some((k, self.wrench(k)?)))
     }
 
     /// The controls along unknowns.
     pub(super) fn efforts(&self) -> impl Iterator<Item = (usize, SignedUnknown)> {
-        self.problem.controls.iter().enumerate().filter_map(|(k, own)| match own.acts {
-            Acts::Along(unknown) => Some((k, unknown)),
-            Acts::Wrench(_) => None,
-        })
+        (0..self.problem.controls.len()).filter_map(|k| Some((k, self.along(k)?)))
+    }
+
+    /// The variable of a control in a piece.
+    pub(super) fn acting(&self, control: usize, piece: usize) -> usize {
+        self.layout.control(control, self.division.step_of(piece))
     }
 
     /// The unknown along which a control acts whose work counts.
     pub(super) fn unknown(&self, control: usize) -> SignedUnknown {
-        match self.problem.controls[control].acts {
-            Acts::Along(unknown) => unknown,
-            Acts::Wrench(_) => unreachable!("the problem was checked"),
-        }
+        self.along(control).expect("the problem was checked")
     }
 
     fn along_at(&self, x: &[f64], n: usize, s: &Interval) -> Vec<Along> {
@@ -226,14 +222,24 @@ impl Transcription {
 
     /// The nodes at which a deviation counts, with its factor there and the derivative of this by
     /// `h`.
-    pub(super) fn counted(&self, when: When, h: f64) -> Vec<(usize, f64, f64)> {
-        let steps = self.problem.steps;
+    pub(super) fn counted(
+        &self,
+        quantity: &Quantity,
+        when: When,
+        h: f64,
+    ) -> Vec<(usize, f64, f64)> {
+        let (steps, node) = (self.problem.steps, |n: usize| self.division.node(n));
         match when {
-            When::End => vec![(steps, 1.0, 0.0)],
-            When::Node(n) => vec![(n, 1.0, 0.0)],
+            When::End => vec![(node(steps), 1.0, 0.0)],
+            When::Node(n) => vec![(node(n), 1.0, 0.0)],
             When::Path => {
-                let part = |n: usize| if n == 0 || n == steps { 0.5 } else { 1.0 };
-                (0..=steps).map(|n| (n, h * part(n), part(n))).collect()
+                let within = match quantity {
+                    Quantity::Joint { .. } => true,
+                    Quantity::Configuration(own) => !own.is_continued(),
+                    Quantity::Node(_) => false,
+                };
+                let parts = self.division.trapezoids(within);
+                parts.into_iter().map(|(node, part)| (node, h * part, part)).collect()
             }
         }
     }
@@ -244,21 +250,18 @@ impl Transcription {
         for (o, column) in out.iter_mut().zip(node.columns.column_iter()) {
             *o = column.iter().zip(&node.balance).map(|(k, w)| k * w).sum();
         }
-        for step in self.steps_at(n) {
-            for own in &point.along[step] {
-                out[own.index] += 0.5 * point.h * own.sign * own.effort;
+        for (p, _) in self.division.pieces_at(n) {
+            let piece = &point.pieces[p];
+            let Kind::SubStep(along) = &piece.kind else { continue };
+            let h = piece.s.h;
+            for own in along {
+                out[own.index] += 0.5 * h * own.sign * own.effort;
             }
             for (k, along) in self.efforts() {
-                let value = point.x[self.layout.control(k, step)];
-                out[along.index] += 0.5 * point.h * along.sign * value;
+                let value = point.x[self.acting(k, p)];
+                out[along.index] += 0.5 * h * along.sign * value;
             }
         }
-    }
-
-    /// The steps that end or begin at a node.
-    pub(super) fn steps_at(&self, n: usize) -> impl Iterator<Item = usize> {
-        let before = n.checked_sub(1);
-        before.into_iter().chain((n < self.problem.steps).then_some(n))
     }
 
     /// The value of each term of the cost.
@@ -272,7 +275,8 @@ impl Transcription {
             CostKind::Effort(of) => 0.5 * h * of_steps(of, &|k, n| value(k, n) * value(k, n)),
             CostKind::Work(of) => of_steps(of, &|k, n| {
                 let along = self.unknown(k);
-                let [from, to] = [n, n + 1].map(|n| self.traveled(x, n, along.index));
+                let at = |n: usize| self.traveled(x, self.division.node(n), along.index);
+                let [from, to] = [n, n + 1].map(at);
                 value(k, n) * along.sign * (to - from)
             }),
             CostKind::Rate(of) => {
@@ -287,7 +291,7 @@ impl Transcription {
                     let e = self.quantity(point, quantity, n) - target;
                     0.5 * factor * e * e
                 };
-                self.counted(*when, h).into_iter().map(at).sum()
+                self.counted(quantity, *when, h).into_iter().map(at).sum()
             }
         };
         self.problem.costs.iter().map(|cost| cost.weight * term(&cost.kind)).collect()

@@ -4,6 +4,8 @@ use crate::node::NodeQuantity;
 use crate::objective;
 use crate::terminal_rate::RateError;
 use std::sync::Arc;
+use vi_constraints::Method;
+use vi_constraints::setup::SetupError;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_multibody::Mechanism;
 use vi_rigid::load::Load;
@@ -147,7 +149,8 @@ pub enum CostKind {
     /// `T = N h`.
     Time,
     /// `½ (y − target)²`: at the end or at a node once, along the path `Σ (h/2)` of both ends of
-    /// each step.
+    /// each step, of numbers of the configuration that are not continued of each sub-step: with
+    /// these a sum has the order of a composition, all others have order 2.
     Deviation {
         /// `y`.
         quantity: Quantity,
@@ -198,6 +201,8 @@ pub struct Problem {
     pub steps: usize,
     /// `T`.
     pub time: FinalTime,
+    /// How the order of the steps is reached.
+    pub method: Method,
     /// What acts beside the forces of the model.
     pub controls: Vec<Control>,
     /// What is minimised, the sum of these.
@@ -206,7 +211,8 @@ pub struct Problem {
     pub conditions: Vec<Condition>,
     /// What has no momentum at the end.
     pub rest: Rest,
-    /// Largest turn about a joint in a step, rad: beyond about 1 rad two turns have one momentum.
+    /// Largest turn about a joint from a node to the next, rad: beyond about 1 rad two turns have
+    /// one momentum.
     pub max_increment: f64,
 }
 
@@ -221,6 +227,9 @@ pub enum ProblemError {
     /// Not covered.
     #[error("{0} cannot be optimised yet")]
     NotCovered(&'static str),
+    /// What the method does not integrate.
+    #[error(transparent)]
+    Method(SetupError),
     /// No steps.
     #[error("a motion needs at least one step")]
     NoSteps,

@@ -99,7 +99,8 @@ impl Transcription {
             };
             ends.rows.push(placed.row);
             ends.bounds.push(own.bounds);
-            ends.sizes.push((0..=self.problem.steps).map(slope).fold(0.0, f64::max));
+            let nodes = (0..=self.problem.steps).map(|n| self.division.node(n));
+            ends.sizes.push(nodes.map(slope).fold(0.0, f64::max));
         }
         for row in self.layout.rest.clone() {
             ends.rows.push(row);
@@ -109,21 +110,28 @@ impl Transcription {
         ends
     }
 
-    /// The step and the place in it of each variable and each row of the steps.
+    /// The piece and the place in it of each variable and each row of the motion.
     fn stages(&self) -> [Vec<Option<(usize, usize)>>; 2] {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, span) = (self.chart.dof() + self.closures.len(), self.division.span());
         let mut places = [vec![None; self.layout.variables], vec![None; self.layout.rows]];
-        for k in 0..steps {
+        for k in 0..self.division.last() {
             for i in 0..size {
-                places[0][self.layout.impulse(k) + i] = Some((k, i));
-                places[1][self.layout.balance(k) + i] = Some((k, i));
+                let place = Some((k / span, k % span * size + i));
+                places[0][self.layout.impulse(k) + i] = place;
+                places[1][self.layout.balance(k) + i] = place;
             }
         }
         places
     }
 
+    /// How large the square blocks of the motion are, and how many pieces it has.
+    fn shape(&self) -> (usize, usize) {
+        let size = self.chart.dof() + self.closures.len();
+        (self.division.span() * size, self.division.pieces())
+    }
+
     fn blocks(&self, point: &Point, ends: &[usize]) -> Blocks {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, steps) = self.shape();
         let [variables, rows] = self.stages();
         let mut free = vec![None; variables.len()];
         let mut count = 0;
@@ -162,7 +170,7 @@ impl Transcription {
         ends: &Ends,
         values: &[f64],
     ) -> Option<(DMatrix<f64>, Vec<f64>, Vec<f64>)> {
-        let (size, steps) = (self.chart.dof() + self.closures.len(), self.problem.steps);
+        let (size, steps) = self.shape();
         let mut Y = DMatrix::<f64>::zeros(ends.rows.len(), steps * size);
         for k in (0..steps).rev() {
             let mut own = blocks.ends[k].clone();
@@ -174,12 +182,10 @@ impl Transcription {
             let solved = blocks.steps[k][0].transpose().lu().solve(&own.transpose())?;
             Y.columns_mut(k * size, size).copy_from(&solved.transpose());
         }
-        let d = DVector::from_iterator(
-            steps * size,
-            (0..steps)
-                .flat_map(|k| (0..size).map(move |i| (k, i)))
-                .map(|(k, i)| values[self.layout.balance(k) + i]),
-        );
+        let mut d = DVector::zeros(steps * size);
+        for (value, place) in values.iter().zip(&self.stages()[1]) {
+            place.iter().for_each(|(k, i)| d[k * size + i] = *value);
+        }
         let R = &blocks.ends_by_free - &Y * &blocks.steps_by_free;
         let sums = blocks.ends_by_free.abs() + Y.abs() * blocks.steps_by_free.abs();
         let sizes = sums.row_iter().map(|row| row.max()).collect();

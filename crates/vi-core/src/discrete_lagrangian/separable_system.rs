@@ -3,6 +3,7 @@
 mod beside_unknowns;
 mod continuous;
 mod discrete;
+mod works;
 
 use super::slot_derivatives::DiscreteLagrangian;
 use crate::configuration::Configuration;
@@ -19,6 +20,8 @@ use crate::sparse::{Entries, SparseMatrix};
 use crate::strain_energy::StrainEnergy;
 use std::ops::Range;
 
+pub use works::Working;
+
 /// A system with constant mass matrix, gravity, any number of discrete potentials and discrete
 /// forces.
 pub struct SeparableSystem {
@@ -30,6 +33,7 @@ pub struct SeparableSystem {
     forces: Vec<Box<dyn DiscreteForce>>,
     sources: Vec<Source>, // of each force
     signals: Option<Box<dyn Signals>>,
+    works: Vec<Working>,
 }
 
 impl std::fmt::Debug for SeparableSystem {
@@ -54,8 +58,8 @@ impl SeparableSystem {
         assert_eq!(mass.shape().0, mass.shape().1, "the mass matrix must be square");
         let (inertia, quadrature) = (IsotropicBlocks::of(&mass), Quadrature::Midpoint);
         let (potentials, forces, sources) = (Vec::new(), Vec::new(), Vec::new());
-        let (gravity, signals) = (None, None);
-        Self { mass, inertia, quadrature, gravity, potentials, forces, sources, signals }
+        let (gravity, signals, works) = (None, None, Vec::new());
+        Self { mass, inertia, quadrature, gravity, potentials, forces, sources, signals, works }
     }
 
     /// A free system with a diagonal mass matrix.
@@ -139,13 +143,14 @@ impl SeparableSystem {
     }
 
     fn variables_before_potentials(&self) -> usize {
-        self.variables_of_forces() + self.variable_count_of_signals()
+        self.variables_of_forces() + self.variable_count_of_signals() + self.works.len()
     }
 
     /// Where the signals stand among all internal variables.
     #[must_use]
     pub fn places_of_signals(&self) -> Range<usize> {
-        self.variables_of_forces()..self.variables_before_potentials()
+        let first = self.variables_of_forces();
+        first..first + self.variable_count_of_signals()
     }
 
     /// How all internal variables change at the start of a motion whose configuration and velocity
@@ -161,6 +166,7 @@ impl SeparableSystem {
         if let Some(signals) = &self.signals {
             signals.begin_change(at, v, change, &mut out[self.places_of_signals()]);
         }
+        self.begin_works_change(at, change[0], &mut out[self.places_of_works()]);
         if let Some(potential) = self.potential_with_memory() {
             let first = self.variables_before_potentials();
             potential.begin_change(at.q, change[0], &mut out[first..]);
@@ -168,7 +174,7 @@ impl SeparableSystem {
         out
     }
 
-    /// Internal variables of the forces; those of signals and of a potential follow.
+    /// Internal variables of the forces; those of signals, works and of a potential follow.
     #[must_use]
     pub fn variables_of_forces(&self) -> usize {
         self.forces.iter().map(|force| force.internal_variables()).sum()

@@ -11,14 +11,15 @@ use crate::geometry::six_coordinates::Vector6;
 use vi_core::Configuration;
 
 impl NamedForce {
-    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v` of number `k` of the efforts at a
-    /// node, both of shape `n`; nothing where it is no law.
+    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v`, both of shape `n`, and
+    /// `of_z ← of_z + scale ∂τ_k/∂z` by the internal variables of signals, of number `k` of the
+    /// efforts at a node; nothing where it is no law.
     pub fn add_effort_slopes(
         &self,
         at: Configuration<'_>,
         v: &[f64],
         (k, scale): (usize, f64),
-        [q, of_v]: [&mut [f64]; 2],
+        [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         match &self.force {
             ElementForce::Joint(JointForce { coordinate, law }) => {
@@ -34,40 +35,32 @@ impl NamedForce {
             ElementForce::Wrench(force) => {
                 force.add_effort_slopes((at.t, at.q, v), (k, scale), [q, of_v]);
             }
-            ElementForce::Law(force) => force.add_effort_slopes(at, v, (k, scale), [q, of_v]),
+            ElementForce::Law(force) => {
+                force.add_effort_slopes(at, v, (k, scale), [q, of_v, of_z]);
+            }
             _ => {}
-        }
-    }
-
-    /// Whether its efforts are no function of a node: they follow from states of signals, from what
-    /// is held or past.
-    #[must_use]
-    pub fn remembers(&self) -> bool {
-        match &self.force {
-            ElementForce::Law(force) => force.reading.remembers(),
-            ElementForce::Six(force) => force.reading.remembers(),
-            _ => false,
         }
     }
 }
 
 impl ForceElements {
-    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v` of the efforts of the bushing of
-    /// this name at a node, both of shape `n`.
+    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v`, both of shape `n`, and
+    /// `of_z ← of_z + Σ w_i ∂τ_i/∂z` by the internal variables of signals, of the efforts of the
+    /// bushing of this name at a node.
     pub fn add_bushing_slopes(
         &self,
         name: &str,
         at: Configuration<'_>,
         v: &[f64],
         w: &Vector6,
-        [q, of_v]: [&mut [f64]; 2],
+        [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         for own in self.bushings.iter().filter(|own| own.name == name) {
             own.spring.add_slopes(at.q, w, q);
         }
         for own in self.forces.iter().filter(|own| own.name == name) {
             if let ElementForce::Six(force) = &own.force {
-                force.add_slopes(at, v, w, [&mut *q, &mut *of_v]);
+                force.add_slopes(at, v, w, [&mut *q, &mut *of_v, &mut *of_z]);
             }
         }
     }

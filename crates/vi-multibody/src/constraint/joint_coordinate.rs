@@ -515,6 +515,42 @@ impl JointCoordinate {
         }
     }
 
+    /// Emits `scale D³θ(q)[z]`; always the same places in the same order.
+    /// ```text
+    /// Σ θ_klm (∇r_k·z) ∇r_l ∇r_mᵀ + Σ θ_kl [ D²r_k z ∇r_lᵀ + ∇r_l (D²r_k z)ᵀ + (∇r_k·z) D²r_l ]
+    /// θ_klm = Im 2 iᵃ/(c + i s)³ of an angle, a: how many of k, l, m are s
+    /// ```
+    pub fn emit_third(&self, q: &[f64], z: &[f64], scale: f64, out: &mut dyn Entries) {
+        let Value::Angle { sine, cosine } = &self.value else { return };
+        let (_, _, second) = self.value.chain(q);
+        let ([s, sine_rate], [c, cosine_rate]) =
+            (sine.value_and_rate(q, z), cosine.value_and_rate(q, z));
+        let square = s * s + c * c;
+        let [real, imaginary] = [c * c * c - 3.0 * c * s * s, s * s * s - 3.0 * c * c * s]
+            .map(|x| 2.0 * scale * x / (square * square * square));
+        // Σ_k θ_klm ∇r_k·z of l, m: s, s; s, c; c, c
+        let [same, mixed, other] = [
+            -real * sine_rate - imaginary * cosine_rate,
+            -imaginary * sine_rate + real * cosine_rate,
+            real * sine_rate + imaginary * cosine_rate,
+        ];
+        let rows = [sine, cosine];
+        for (l, m, factor) in [(0, 0, same), (1, 1, other), (0, 1, mixed), (1, 0, mixed)] {
+            let bend = scale * second[l][m];
+            rows[m].for_each_slope(q, |j, b| {
+                rows[l].for_each_slope(q, |i, a| out.add(i, j, factor * a * b));
+                rows[l].for_each_bend(z, |i, a| {
+                    out.add(i, j, bend * a * b);
+                    out.add(j, i, bend * a * b);
+                });
+            });
+        }
+        for l in 0..2 {
+            let along = second[l][0] * sine_rate + second[l][1] * cosine_rate;
+            rows[l].emit_second(scale * along, out);
+        }
+    }
+
     /// Emits `scale D²θ(q)`; always the same places in the same order.
     pub fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
         match &self.value {

@@ -184,7 +184,7 @@ impl NodeAcceleration {
         minus.fill(0.0);
         rows.fill(0.0);
         let none = vec![0.0; rows.len()];
-        design.add_tangent(parameter, Place::Gauss(standing), &none, minus, plus, rows);
+        design.add_tangent(parameter, Place::Gauss(standing, 1.0), &none, minus, plus, rows);
         let force = dot(minus, w) + dot(plus, w); // F_θ: what inertia adds to both is opposite
         sum + force + velocity.pulled_acceleration(at, parameter, [w, nu], [v, a, lambda])
     }

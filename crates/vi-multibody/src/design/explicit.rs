@@ -208,7 +208,7 @@ impl Explicit for Acting {
     fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
-        if let Place::Gauss(_) = at {
+        if let Place::Gauss(..) = at {
             self.force.add_continuous(node(s), &s.v_mid, &mut force);
             return halves(s, &force, out);
         }
@@ -229,7 +229,7 @@ impl Explicit for Stored {
     fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
-        if let Place::Gauss(_) = at {
+        if let Place::Gauss(..) = at {
             self.potential.add_gradient(node(s), -1.0, &mut force);
             return halves(s, &force, out);
         }
@@ -290,7 +290,7 @@ impl Explicit for ForceOfLoad {
 /// The coordinate of a joint, and its rate, that a law sees.
 fn seen(coordinate: &JointCoordinate, at: Place<'_>) -> [f64; 2] {
     let s = at.interval();
-    if let Place::Gauss(_) = at {
+    if let Place::Gauss(..) = at {
         return [coordinate.at(node(s)), coordinate.rate(&s.q0, &s.v_mid)];
     }
     let Change { mean, difference } = coordinate.change(s);
@@ -360,7 +360,7 @@ impl Explicit for MovedEffort {
         let (t, half) = (s.t_mid(), 0.5 * s.h);
         let [start, end] = [&s.q0, &s.q1].map(|q| self.value.principal(q).eps);
         let by_rate = match at {
-            Place::Gauss(_) => {
+            Place::Gauss(..) => {
                 let mut sum = 0.0; // (∇θ)_θ·V
                 self.value.for_each_slope(&s.q0, |i, slope| sum += slope.eps * s.v_mid[i]);
                 sum

@@ -51,7 +51,7 @@ use vi_constraints::Constraints;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
-use vi_core::{Interval, Quadrature, SparseMatrix};
+use vi_core::{Quadrature, SparseMatrix};
 
 /// A derivative that is not available.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -85,6 +85,14 @@ pub struct MechanismDesign {
     closures: RowSums,       // of the others
     sides: Option<SideSums>, // in the place of those of the tree
     factors: Vec<Factors>,   // of each parameter
+    works: Vec<WorkDesign>,
+}
+
+/// How the work of a force changes.
+struct WorkDesign {
+    place: usize, // among the internal variables
+    force: MechanismDesign,
+    rows: usize,
 }
 
 /// What one parameter touches.
@@ -140,7 +148,32 @@ impl MechanismDesign {
         });
         let touches = |k: &usize| parameters[*k].touches_more();
         let beside = (0..own).filter(touches).collect();
-        Ok(Self { parameters, beside, masses, products, closures, sides, factors })
+        let works = Vec::new();
+        Ok(Self { parameters, beside, masses, products, closures, sides, factors, works })
+    }
+
+    /// With the works of forces as internal variables: the place of each, and its force.
+    ///
+    /// # Errors
+    /// As of [`MechanismDesign::new`].
+    pub fn with_works<'a>(
+        mut self,
+        (mechanism, forces): (&Mechanism, &ForceElements),
+        mass: &SparseMatrix,
+        tangents: &[MechanismTangent],
+        works: impl Iterator<Item = (usize, &'a str)>,
+    ) -> Result<Self, DesignError> {
+        for (place, name) in works {
+            let only = forces.only(name);
+            if only.forces.is_empty() {
+                continue;
+            }
+            let of_force = |own: &MechanismTangent| own.of_force(name, forces);
+            let tangents: Vec<_> = tangents.iter().map(of_force).collect();
+            let force = Self::new(mechanism, &only, mass, Quadrature::Midpoint, &tangents)?;
+            self.works.push(WorkDesign { place, force, rows: mechanism.len() });
+        }
+        Ok(self)
     }
 }
 
@@ -181,7 +214,7 @@ impl Numbers<'_> {
             elements.push(Box::new(PointSpring { spring: dual, quadrature: self.quadrature }));
         }
         self.along_coordinates(tangent, &mut elements)?;
-        for damper in &tangent.dampers {
+        for (_, damper) in &tangent.dampers {
             elements.push(Box::new(PointDamper { damper: damper.clone() }));
         }
         for (&k, change) in &tangent.loads {
@@ -191,7 +224,7 @@ impl Numbers<'_> {
             };
             elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
         }
-        for force in &tangent.forces {
+        for (_, force) in &tangent.forces {
             elements.push(Box::new(Acting { force: force.clone() }));
         }
         for potential in &tangent.potentials {
@@ -323,18 +356,30 @@ impl Design for MechanismDesign {
         own.emit_beside(at, impulse, &mut out);
     }
 
-    fn add_internal(&self, k: usize, s: &Interval, out: &mut [f64]) {
-        if let Some(own) = &self.parameters[k].internal {
+    fn add_internal(&self, k: usize, at: Place<'_>, out: &mut [f64]) {
+        if let (Some(own), Place::Step(s)) = (&self.parameters[k].internal, at) {
             own.add_internal(s, out);
+        }
+        let (s, weight) = match at {
+            Place::Step(s) => (s, 1.0),
+            Place::Gauss(s, weight) => (s, weight),
+            Place::Points(_) => return,
+        };
+        for own in &self.works {
+            let [mut minus, mut plus] = [(); 2].map(|()| vec![0.0; s.q0.len()]);
+            let [none, mut rows] = [(); 2].map(|()| vec![0.0; own.rows]);
+            own.force.add_tangent(k, at, &none, &mut minus, &mut plus, &mut rows);
+            // (f_d^- + f_d^+)_θ·Δq/h
+            out[own.place] += weight * (dot(&minus, &s.v_mid) + dot(&plus, &s.v_mid));
         }
     }
 
-    fn add_internal_adjoint(&self, s: &Interval, y: &[f64], sums: &mut [f64]) {
+    fn add_internal_adjoint(&self, at: Place<'_>, y: &[f64], sums: &mut [f64]) {
         let mut change = vec![0.0; y.len()];
-        for (own, sum) in self.parameters.iter().zip(sums) {
-            if let Some(own) = &own.internal {
+        for (k, sum) in (0..self.parameters.len()).zip(sums) {
+            if self.parameters[k].internal.is_some() || !self.works.is_empty() {
                 change.fill(0.0);
-                own.add_internal(s, &mut change);
+                self.add_internal(k, at, &mut change);
                 *sum += dot(&change, y);
             }
         }

@@ -1,5 +1,6 @@
 //! How the numbers of a mechanism change with a parameter.
 
+use crate::builder::ForceElements;
 use crate::force::spring::Damper;
 use crate::geometry::form::Form;
 use crate::pair::joint::{Joint, Side};
@@ -30,14 +31,14 @@ pub struct MechanismTangent {
     pub scalars: BTreeMap<usize, ScalarTangent>,
     /// Of springs between points.
     pub springs: BTreeMap<usize, SpringTangent>,
-    /// Dampers between points that change, with their numbers.
-    pub dampers: Vec<Damper<Dual64>>,
+    /// Dampers between points that change, with their numbers, by the names of their forces.
+    pub dampers: Vec<(String, Damper<Dual64>)>,
     /// Of efforts along joint coordinates: springs, dampers, motors, laws of one's own.
     pub efforts: Vec<EffortChange>,
     /// Of loads on bodies, by their numbers among the forces.
     pub loads: BTreeMap<usize, LoadChange>,
-    /// Forces that come to the others as the parameter grows.
-    pub forces: Vec<Arc<dyn DiscreteForce>>,
+    /// Forces that come to the others as the parameter grows, by the names of those.
+    pub forces: Vec<(String, Arc<dyn DiscreteForce>)>,
     /// Energies that do.
     pub potentials: Vec<Arc<dyn DiscretePotential>>,
     /// Of the mass between `φ, d_1, d_2, d_3` of a frame and of the next one, by the first, kg,
@@ -57,6 +58,24 @@ pub trait StepTangent: Send + Sync {
     fn add_begin(&self, q: &[f64], out: &mut [f64]);
     /// Whether all derivatives are numbers.
     fn is_finite(&self) -> bool;
+}
+
+impl MechanismTangent {
+    /// What of it changes the force of a name, one of these, which stands alone then.
+    #[must_use]
+    pub(super) fn of_force(&self, name: &str, forces: &ForceElements) -> Self {
+        let own = |k: &usize| forces.forces.get(*k).is_some_and(|own| own.name == name);
+        let place = |k: usize| (0..k).filter(|k| own(k)).count();
+        let loads = self.loads.iter().filter(|(k, _)| own(k));
+        Self {
+            joints: self.joints.clone(),
+            dampers: self.dampers.iter().filter(|own| own.0 == name).cloned().collect(),
+            efforts: self.efforts.iter().filter(|own| own.force == name).cloned().collect(),
+            loads: loads.map(|(k, change)| (place(*k), *change)).collect(),
+            forces: self.forces.iter().filter(|own| own.0 == name).cloned().collect(),
+            ..Self::default()
+        }
+    }
 }
 
 impl std::fmt::Debug for MechanismTangent {
@@ -193,6 +212,8 @@ pub type EffortTangent = Arc<dyn Fn(f64, f64, f64) -> f64 + Send + Sync>;
 /// Of an effort along a joint coordinate.
 #[derive(Clone)]
 pub struct EffortChange {
+    /// The name of the force, or of what stores energy.
+    pub force: String,
     /// The joint.
     pub joint: usize,
     /// Which of its degrees of freedom.
@@ -209,15 +230,16 @@ impl std::fmt::Debug for EffortChange {
 }
 
 impl EffortChange {
-    /// Of a spring `τ = −k (θ − θ_0)`.
+    /// Of a spring `τ = −k (θ − θ_0)` of a name.
     #[must_use]
     pub fn of_spring(
+        force: &str,
         (joint, freedom): (usize, usize),
         [stiffness, rest]: [f64; 2],
         [by_stiffness, by_rest]: [f64; 2],
     ) -> Self {
         let by =
             move |_, coordinate: f64, _| stiffness * by_rest - by_stiffness * (coordinate - rest);
-        Self { joint, freedom, by: Arc::new(by) }
+        Self { force: force.to_owned(), joint, freedom, by: Arc::new(by) }
     }
 }

@@ -90,14 +90,18 @@ impl SixForce {
         self.reading.with_values_at_node(at, v, |work| Vector6::from_column_slice(work.efforts()))
     }
 
-    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v` at a node, both of shape `n`.
+    /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v`, both of shape `n`, and
+    /// `of_z ← of_z + Σ w_i ∂τ_i/∂z` at a node.
     pub fn add_slopes(
         &self,
         at: Configuration<'_>,
         v: &[f64],
         w: &Vector6,
-        [q, of_v]: [&mut [f64]; 2],
+        [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
+        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+            of_z[variable] += w.iter().zip(slopes).map(|(w, slope)| w * slope).sum::<f64>();
+        });
         self.reading.with_slopes_at_node(at, v, |work| {
             let [by_coordinates, by_rates] = self.own_slopes(work).map(|own| own.tr_mul(w));
             self.coordinates.add_gradient(at.q, &by_coordinates, q);
@@ -264,10 +268,6 @@ impl DiscreteForce for SixForce {
 
     fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         self.coordinates.add_gradient(at.q, &self.efforts(at, v), out);
-    }
-
-    fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        s.h * self.in_step(s).dot(&self.coordinates.change(s).rate)
     }
 
     fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {

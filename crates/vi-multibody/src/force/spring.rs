@@ -10,11 +10,12 @@
 //! of the midpoint `D`: momentum maps stay exact.
 
 use crate::geometry::form::Form;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use vi_core::Number;
 use vi_core::force::{Force, NoTimeSlope};
-use vi_core::potential::Potential;
+use vi_core::num_dual::{Dual64, DualNum};
+use vi_core::potential::{DualPotential, Potential, ScalarField};
 use vi_core::sparse::Entries;
 
 /// Force law of a spring.
@@ -65,6 +66,17 @@ impl<T: Number> Spring<T> {
         }
     }
 
+    /// `V`, J.
+    pub fn energy(&self, q: &[f64]) -> T {
+        let (d, l0) = (self.between.at(q), self.natural_length);
+        let s = d.dot(&d);
+        let stretch = match self.law {
+            SpringLaw::Linear => s.sqrt() - l0,
+            SpringLaw::QuadraticStretch => s - l0 * l0,
+        };
+        T::of(0.5) * self.stiffness * stretch * stretch
+    }
+
     /// `scale ∂V/∂D`.
     pub(crate) fn pull(&self, q: &[f64], scale: f64) -> Vector3<T> {
         let d = self.between.at(q);
@@ -83,12 +95,7 @@ impl Spring {
 
 impl Potential for Spring {
     fn value(&self, q: &[f64]) -> f64 {
-        let s = self.between.at(q).norm_squared();
-        let stretch = match self.law {
-            SpringLaw::Linear => s.sqrt() - self.natural_length,
-            SpringLaw::QuadraticStretch => s - self.natural_length * self.natural_length,
-        };
-        0.5 * self.stiffness * stretch * stretch
+        self.energy(q)
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
@@ -99,6 +106,23 @@ impl Potential for Spring {
         let d = self.between.at(q);
         let (slope, bend) = self.derivatives(d.norm_squared());
         let w = 2.0 * slope * Matrix3::identity() + 4.0 * bend * d * d.transpose();
+        self.between.emit_congruence(&(scale * w), out);
+    }
+
+    fn add_third(&self, q: &[f64], z: &[f64], scale: f64, out: &mut dyn Entries) {
+        // (2 V' I + 4 V'' D Dᵀ)˙ along Ḋ = ∂D/∂q z
+        let (d, rate) = (self.between.at(q), self.between.rate(z));
+        let lifted = Spring {
+            between: Form::constant(Vector3::from_element(Dual64::from_re(0.0))),
+            stiffness: Dual64::from_re(self.stiffness),
+            natural_length: Dual64::from_re(self.natural_length),
+            law: self.law,
+        };
+        let s = Dual64::new(d.norm_squared(), 2.0 * d.dot(&rate));
+        let (slope, bend) = lifted.derivatives(s);
+        let turned = rate * d.transpose() + d * rate.transpose();
+        let w = 2.0 * slope.eps * Matrix3::identity()
+            + 4.0 * (bend.eps * d * d.transpose() + bend.re * turned);
         self.between.emit_congruence(&(scale * w), out);
     }
 }
@@ -117,6 +141,21 @@ impl<T: Number> Damper<T> {
     pub(crate) fn force(&self, q: &[f64], v: &[f64]) -> Vector3<T> {
         let (d, rate) = (self.between.at(q), self.between.rate(v));
         d * (-self.damping * d.dot(&rate) / d.dot(&d))
+    }
+}
+
+/// `−c (D·Ḋ)(D·δ)/(D·D)`, the force of a damper along `δ`.
+struct Pull {
+    damping: f64,
+    along: [f64; 3],
+}
+
+impl ScalarField<6> for Pull {
+    fn value<D: DualNum<Primitive = f64> + Copy>(&self, x: &[D; 6]) -> D {
+        let [d, rate] = [[x[0], x[1], x[2]], [x[3], x[4], x[5]]];
+        let dot = |a: &[D; 3], b: &[D; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let along = d[0] * self.along[0] + d[1] * self.along[1] + d[2] * self.along[2];
+        dot(&d, &rate) * along / dot(&d, &d) * -self.damping
     }
 }
 
@@ -169,6 +208,23 @@ impl Force for Damper {
     ) {
         self.between.emit_congruence(&(scale * self.law(q, v).2), out);
     }
+    fn add_bend(
+        &self,
+        _t: f64,
+        [q, v]: [&[f64]; 2],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        let (d, rate) = (self.between.at(q), self.between.rate(v));
+        let along = self.between.rate(z).into();
+        let x: Vec<f64> = d.iter().chain(rate.iter()).copied().collect();
+        let mut bend = DMatrix::zeros(6, 6);
+        DualPotential(Pull { damping: self.damping, along }).add_hessian(&x, 1.0, &mut bend);
+        let part = |i: usize, j: usize| bend.fixed_view::<3, 3>(3 * i, 3 * j).into_owned();
+        let sum = part(0, 0) * by[0] + part(0, 1) * by[1] + part(1, 0) * by[2] + part(1, 1) * by[3];
+        self.between.emit_congruence(&sum, out);
+    }
     fn add_time_derivative(
         &self,
         _t: f64,
@@ -190,7 +246,6 @@ impl Force for Damper {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::DMatrix;
 
     fn between() -> Form {
         Form::point(0, &Vector3::new(0.3, -0.2, 0.1)).minus(&Form::particle(12, 3))
@@ -222,6 +277,68 @@ mod tests {
                     let bend = (gp[j] - gm[j]) / (2.0 * e);
                     assert!((bend - hessian[(j, i)]).abs() < 1e-6, "{law:?} hessian {j},{i}");
                 }
+            }
+        }
+    }
+
+    /// Against differences of order 4 of the first derivatives along `z`.
+    #[test]
+    fn second_derivatives_of_forces_against_differences() {
+        let q = point();
+        let [z, v] = [0.37, 0.23]
+            .map(|c| -> Vec<f64> { (0..15).map(|i| (c * f64::from(i * i + 1)).sin()).collect() });
+        let slopes = |f: &dyn Fn(&[f64]) -> f64, x: &[f64]| -> Vec<f64> {
+            let at = |i: usize, e: f64| {
+                let mut x = x.to_vec();
+                x[i] += e;
+                f(&x)
+            };
+            let e = 1e-3;
+            let slope = |i: usize| {
+                (8.0 * (at(i, e) - at(i, -e)) - (at(i, 2.0 * e) - at(i, -2.0 * e))) / (12.0 * e)
+            };
+            (0..15).map(slope).collect()
+        };
+        let close = |found: &DMatrix<f64>, (i, j): (usize, usize), wanted: f64| {
+            let error = (found[(i, j)] - wanted).abs() / wanted.abs().max(1.0);
+            assert!(error < 1e-9, "({i}, {j}): {} for {wanted}", found[(i, j)]);
+        };
+        for law in [SpringLaw::Linear, SpringLaw::QuadraticStretch] {
+            let spring = Spring { between: between(), stiffness: 7.0, natural_length: 0.6, law };
+            let mut found = DMatrix::zeros(15, 15);
+            spring.add_third(&q, &z, 1.0, &mut found);
+            for j in 0..15 {
+                let along = |q: &[f64]| {
+                    let mut hessian = DMatrix::zeros(15, 15);
+                    spring.add_hessian(q, 1.0, &mut hessian);
+                    hessian.row(j).iter().zip(&z).map(|(h, z)| h * z).sum::<f64>()
+                };
+                let wanted = slopes(&along, &q);
+                (0..15).for_each(|i| close(&found, (i, j), wanted[i]));
+            }
+        }
+        let damper = Damper { between: between(), damping: 1.7 };
+        for (part, by_v) in
+            [(0, [false, false]), (1, [false, true]), (2, [true, false]), (3, [true; 2])]
+        {
+            let mut by = [0.0; 4];
+            by[part] = 1.0;
+            let mut found = DMatrix::zeros(15, 15);
+            damper.add_bend(0.0, [&q, &v], &z, by, &mut found);
+            for j in 0..15 {
+                let slope = |q: &[f64], v: &[f64]| {
+                    let mut first = DMatrix::zeros(15, 15);
+                    match by_v[1] {
+                        false => damper.add_position_derivative(0.0, q, v, 1.0, &mut first),
+                        true => damper.add_velocity_derivative(0.0, q, v, 1.0, &mut first),
+                    }
+                    first.column(j).iter().zip(&z).map(|(f, z)| f * z).sum::<f64>()
+                };
+                let wanted = match by_v[0] {
+                    false => slopes(&|x| slope(x, &v), &q),
+                    true => slopes(&|x| slope(&q, x), &v),
+                };
+                (0..15).for_each(|i| close(&found, (i, j), wanted[i]));
             }
         }
     }

@@ -3,7 +3,7 @@
 //! ```text
 //! θ_n = θ(q_n) + 2π round((θ_{n−1} − θ(q_n)) / 2π),     θ(q_n) ∈ (−π, π]
 //! ω² − ω¹,  ṙ' = (φ̇² + ω²×ϱ²) − (φ̇¹ + ω¹×(c + ϱ²)),     (ṙ', ω² − ω¹) = S' τ
-//! τ̇ = d/ds τ(q + s v, v + s a) at s = 0
+//! Aᵀ A τ = Aᵀ t,   Aᵀ A τ̇ = Ȧᵀ t + Aᵀ ṫ − (Aᵀ A)˙ τ        A: S' with rotations about the anchor
 //! ```
 //! `θ_n` is the angle next to the last one, so revolutions are counted and round-off does not
 //! accumulate; a step must not rotate the joint by `π` or more. `S'` are the columns of the pair's
@@ -21,7 +21,7 @@
 
 use crate::pair::joint::{FrameId, Joint, JointConfiguration, Side};
 use crate::pair::{MAX_DOF, Twist};
-use nalgebra::{SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use std::f64::consts::TAU;
 use vi_rigid::{directors, rotation};
 
@@ -93,27 +93,43 @@ pub fn joint_rates(joint: &Joint, q: &[f64], v: &[f64]) -> [f64; MAX_DOF] {
 }
 
 /// The rates `τ̇` of [`joint_rates`] at `q` for the velocities `v` and accelerations `a` of all
-/// frames, m/s² and rad/s².
-///
-/// The derivative of `τ` along the motion is a difference of fourth order: `τ` of 5.1 of the theory
-/// is a rational function of the directors for each pair. Its step is a thousandth of the time in
-/// which a director turns by a radian, so the error is that of rounding, some `1e-12` of the terms.
+/// frames, m/s² and rad/s². Anchors and axes are linear in the directors, so their rates are those
+/// of the velocities in the place of `q`.
 #[must_use]
 pub fn joint_accelerations(joint: &Joint, q: &[f64], v: &[f64], a: &[f64]) -> [f64; MAX_DOF] {
     let sides = [&joint.parent, &joint.child];
-    let own = sides.map(|side| (side.coordinates(q), rate(side, v), rate(side, a)));
-    let speed = own.iter().flat_map(|(_, v, _)| &v[3..]).fold(0.0, |s: f64, v| s.max(v.abs()));
-    let step = if speed > 0.0 { 1e-3 / speed } else { 1.0 };
-    let at = |s: f64| {
-        let moved = own.map(|(q, v, a)| {
-            let place: [f64; 12] = std::array::from_fn(|i| q[i] + s * v[i]);
-            let rate: [f64; 12] = std::array::from_fn(|i| v[i] + s * a[i]);
-            (place, rate)
-        });
-        rates(joint, [(&moved[0].0, &moved[0].1), (&moved[1].0, &moved[1].1)])
-    };
-    let [near, far] = [step, 2.0 * step].map(|s| (at(s), at(-s)));
-    std::array::from_fn(|k| (8.0 * (near.0[k] - near.1[k]) - (far.0[k] - far.1[k])) / (12.0 * step))
+    let [q, v, a] = [
+        sides.map(|side| side.coordinates(q)),
+        sides.map(|side| rate(side, v)),
+        sides.map(|side| rate(side, a)),
+    ];
+    let [at, moved] = [q, v].map(|own| JointConfiguration::new(joint, own[0], own[1]));
+    let t = relative_twist(&at, [(q[0], v[0]), (q[1], v[1])]);
+    let mut by_time = relative_twist(&at, [(q[0], a[0]), (q[1], a[1])]); // ω̇ = ½ Σ d_I × d̈_I
+    let [parent, child] = [0, 1].map(|k| directors::angular_velocity(q[k], v[k]));
+    by_time.linear +=
+        child.cross(&moved.rho_child()) - parent.cross(&(moved.c() + moved.rho_child()));
+    if let Some(first) = joint.kind.rotation_vector() {
+        let along = |axes: [&Matrix3<f64>; 2], part: [&Vector3<f64>; 2]| {
+            axes[1].tr_mul(part[0]) + axes[0].tr_mul(part[1])
+        };
+        let (axes, turned) = (at.axes(), moved.axes());
+        let linear = along([&axes, &turned], [&t.linear, &by_time.linear]);
+        let angular = along([&axes, &turned], [&t.angular, &by_time.angular]);
+        return components(first, &linear, &angular);
+    }
+    let (gram, right) = equations(joint, &at, &t);
+    let rates = solution(joint, &gram, &right);
+    // G τ̇ = Ȧᵀ t + Aᵀ ṫ − Ġ τ,   G = Aᵀ A
+    let (map, by) = (directions(joint, &at, &at), directions(joint, &at, &moved));
+    let mut right = SVector::<f64, MAX_DOF>::zeros();
+    for (i, (a, a_1)) in map.iter().zip(&by).enumerate() {
+        let bent: f64 = (map.iter().zip(&by).zip(&rates))
+            .map(|((b, b_1), rate)| (a_1.dot(b) + a.dot(b_1)) * rate)
+            .sum();
+        right[i] = a_1.dot(&t) + a.dot(&by_time) - bent;
+    }
+    solution(joint, &gram, &right)
 }
 
 /// The rates of the coordinates of the frame of a side among those of all frames.
@@ -125,47 +141,81 @@ fn rate<'a>(side: &Side, v: &'a [f64]) -> &'a [f64] {
 }
 
 /// `τ` from the coordinates and rates of both frames.
-fn rates(joint: &Joint, [parent, child]: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF] {
-    let at = JointConfiguration::new(joint, parent.0, child.0);
-    let [parent, child] = [parent, child].map(|(q, v)| twist(q, v));
+fn rates(joint: &Joint, both: [(&[f64], &[f64]); 2]) -> [f64; MAX_DOF] {
+    let at = JointConfiguration::new(joint, both[0].0, both[1].0);
+    let Twist { linear, angular } = relative_twist(&at, both);
+    if let Some(first) = joint.kind.rotation_vector() {
+        let axes = at.axes();
+        return components(first, &axes.tr_mul(&linear), &axes.tr_mul(&angular));
+    }
+    let (gram, right) = equations(joint, &at, &Twist::new(linear, angular));
+    solution(joint, &gram, &right)
+}
+
+/// `(ṙ', ω² − ω¹)` from the coordinates and rates of both frames.
+fn relative_twist(at: &JointConfiguration, both: [(&[f64], &[f64]); 2]) -> Twist {
+    let [parent, child] = both.map(|(q, v)| twist(q, v));
     let to_child_anchor = |t: &Twist, arm: &Vector3<f64>| t.linear + t.angular.cross(arm);
     let linear = to_child_anchor(&child, &at.rho_child())
         - to_child_anchor(&parent, &(at.c() + at.rho_child()));
-    let angular = child.angular - parent.angular;
-    if let Some(first) = joint.kind.rotation_vector() {
-        let axes = at.axes();
-        let (linear, angular) = (axes.tr_mul(&linear), axes.tr_mul(&angular));
-        let mut rates = [0.0; MAX_DOF];
-        rates[..first].copy_from_slice(&linear.as_slice()[..first]);
-        rates[first..first + 3].copy_from_slice(angular.as_slice());
-        return rates;
-    }
-    solve(joint, &at, &Twist::new(linear, angular))
+    Twist::new(linear, child.angular - parent.angular)
 }
 
-/// `τ` from `S' τ = t` by the normal equations, padded with the identity; rotations from the
-/// angular part alone.
-fn solve(joint: &Joint, at: &JointConfiguration, t: &Twist) -> [f64; MAX_DOF] {
-    let map = joint.kind.velocity_map(at);
-    let mut gram = SMatrix::<f64, MAX_DOF, MAX_DOF>::identity();
-    let mut right = SVector::<f64, MAX_DOF>::zeros();
-    let moved = |s: &Twist| match s.angular == Vector3::zeros() {
-        true => *s,
-        false => Twist::new(Vector3::zeros(), s.angular),
-    };
-    if let [only] = map.columns() {
-        let a = moved(only); // what the equations below are for one column, to the last bit
-        let length = a.dot(&a);
-        let rate = if length == 0.0 { f64::NAN } else { a.dot(t) / length };
-        return std::array::from_fn(|k| if k == 0 { rate } else { 0.0 });
-    }
-    for (i, a) in map.columns().iter().map(moved).enumerate() {
+/// The rates of a rotation vector whose first component is number `first`.
+fn components(first: usize, linear: &Vector3<f64>, angular: &Vector3<f64>) -> [f64; MAX_DOF] {
+    let mut rates = [0.0; MAX_DOF];
+    rates[..first].copy_from_slice(&linear.as_slice()[..first]);
+    rates[first..first + 3].copy_from_slice(angular.as_slice());
+    rates
+}
+
+/// The columns `A` of `S'`, of rotations the angular part alone; of directors in `own`, which may
+/// be those of velocities.
+fn directions(
+    joint: &Joint,
+    at: &JointConfiguration,
+    own: &JointConfiguration,
+) -> [Twist; MAX_DOF] {
+    let (kinds, columns) = (joint.kind.velocity_map(at), joint.kind.velocity_map(own));
+    let (kinds, columns) = (kinds.columns(), columns.columns());
+    let zero = Vector3::zeros();
+    std::array::from_fn(|k| match (kinds.get(k), columns.get(k)) {
+        (Some(kind), Some(own)) if kind.angular == zero => Twist::new(own.linear, zero),
+        (_, Some(own)) => Twist::new(zero, own.angular),
+        _ => Twist::new(zero, zero),
+    })
+}
+
+/// `Aᵀ A`, padded with the identity, and `Aᵀ t`.
+fn equations(
+    joint: &Joint,
+    at: &JointConfiguration,
+    t: &Twist,
+) -> (SMatrix<f64, MAX_DOF, MAX_DOF>, SVector<f64, MAX_DOF>) {
+    let (mut gram, mut right) = (SMatrix::identity(), SVector::zeros());
+    let (map, dof) = (directions(joint, at, at), joint.kind.dof());
+    for (i, a) in map.iter().take(dof).enumerate() {
         right[i] = a.dot(t);
-        for (j, b) in map.columns().iter().map(moved).enumerate() {
-            gram[(i, j)] = a.dot(&b);
+        for (j, b) in map.iter().take(dof).enumerate() {
+            gram[(i, j)] = a.dot(b);
         }
     }
-    let rates = gram.lu().solve(&right); // None: the pair itself is singular
+    (gram, right)
+}
+
+/// `G⁻¹ x`.
+fn solution(
+    joint: &Joint,
+    gram: &SMatrix<f64, MAX_DOF, MAX_DOF>,
+    right: &SVector<f64, MAX_DOF>,
+) -> [f64; MAX_DOF] {
+    if joint.kind.dof() == 1 {
+        // what the equations below are for one column, to the last bit
+        let (length, mut rates) = (gram[(0, 0)], [0.0; MAX_DOF]);
+        rates[0] = if length == 0.0 { f64::NAN } else { right[0] / length };
+        return rates;
+    }
+    let rates = gram.lu().solve(right); // None: the pair itself is singular
     rates.map_or([f64::NAN; MAX_DOF], Into::into)
 }
 
@@ -179,7 +229,7 @@ mod tests {
     use super::*;
     use crate::pair::joint::complete_axis;
     use crate::pair::{Motion, PairKind};
-    use nalgebra::{Matrix3, Rotation3};
+    use nalgebra::Rotation3;
 
     fn two_frames() -> Vec<f64> {
         let mut q = vec![0.0; 24];
@@ -334,6 +384,45 @@ mod tests {
                 let error = (found[k] - 2.0 * rates[k]).abs();
                 println!("{kind:?}, freedom {k}: off by {error:.1e}");
                 assert!(error < 1e-6, "{kind:?}, freedom {k}: {} and {}", found[k], rates[k]);
+            }
+        }
+    }
+
+    /// Of any velocities and accelerations, also those that no motion of rigid bodies has: as the
+    /// rates grow along `q + s v`, `v + s a`.
+    #[test]
+    fn accelerations_are_the_derivatives_of_the_rates() {
+        let mut seed = 0.37_f64;
+        let mut number = || {
+            seed = (seed * 997.0 + 0.123).fract();
+            2.0 * seed - 1.0
+        };
+        for kind in PairKind::ALL.into_iter().filter(|kind| kind.dof() < 6) {
+            let mut q = two_frames();
+            q[12] = 1.3; // an arm of ordinary length
+            let joint = joint(kind, &q);
+            if kind.rotation_vector().is_none() {
+                let u: Vec<f64> = (0..kind.dof()).map(|k| [0.4, -0.3, 0.5][k]).collect();
+                advance(&joint, &mut q, &u);
+            }
+            let [v, a]: [Vec<f64>; 2] =
+                [(); 2].map(|()| (0..24).map(|_| number()).collect::<Vec<f64>>());
+            let found = joint_accelerations(&joint, &q, &v, &a);
+            let at = |s: f64| {
+                let moved = |x: &[f64], by: &[f64]| -> Vec<f64> {
+                    x.iter().zip(by).map(|(x, by)| x + s * by).collect()
+                };
+                joint_rates(&joint, &moved(&q, &v), &moved(&v, &a))
+            };
+            let slope = |e: f64, k: usize| (at(e)[k] - at(-e)[k]) / (2.0 * e);
+            for k in 0..kind.dof() {
+                // Richardson's extrapolation of three steps
+                let d = [1.0, 0.5, 0.25].map(|part| slope(4e-3 * part, k));
+                let d = [0, 1].map(|i| (4.0 * d[i + 1] - d[i]) / 3.0);
+                let wanted = (16.0 * d[1] - d[0]) / 15.0;
+                let error = (found[k] - wanted).abs() / wanted.abs().max(1.0);
+                println!("{kind:?}, freedom {k}: {}, off by {error:.1e}", found[k]);
+                assert!(error < 1e-10, "{kind:?}, freedom {k}: {} for {wanted}", found[k]);
             }
         }
     }

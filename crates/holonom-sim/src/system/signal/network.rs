@@ -97,18 +97,24 @@ impl Network {
         taken(source, y, z, &work.values)
     }
 
-    /// How the value of `source` changes where `(y, z)` changes by `(dy, dz)`.
-    pub(crate) fn change(&self, source: Source, [y, z]: [&[f64]; 2], [dy, dz]: [&[f64]; 2]) -> f64 {
+    /// The slopes of `source` by `(y, z)`.
+    pub(crate) fn row(&self, source: Source, y: &[f64], z: &[f64]) -> Vec<f64> {
+        let unit = |k: usize| (0..y.len() + z.len()).map(|i| f64::from(u8::from(i == k))).collect();
         let last = match source {
-            Source::Input(i) => return dy[i],
-            Source::State(i) => return dz[i],
+            Source::Input(i) => return unit(i),
+            Source::State(i) => return unit(y.len() + i),
             Source::Term(k) => k,
         };
         let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
         for k in 0..=last {
             self.differentiate_term(k, y, z, work);
         }
-        let row = work.rows.row(last);
+        work.rows.row(last).iter().copied().collect()
+    }
+
+    /// How the value of `source` changes where `(y, z)` changes by `(dy, dz)`.
+    pub(crate) fn change(&self, source: Source, [y, z]: [&[f64]; 2], [dy, dz]: [&[f64]; 2]) -> f64 {
+        let row = self.row(source, y, z);
         row.iter().zip(dy.iter().chain(dz)).map(|(slope, by)| slope * by).sum()
     }
 

@@ -3,7 +3,7 @@
 use super::network::{Network, Source};
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_multibody::law::SignalStates;
+use vi_multibody::law::{Input, SignalStates};
 
 /// A number of a signal.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -52,6 +52,34 @@ impl SignalGauge {
     /// Columns of sensors, and where their numbers are held likewise.
     pub(crate) fn measured(&self) -> &[(String, usize)] {
         &self.own.measured
+    }
+
+    /// Where the number of a signal comes from, by the name of its column.
+    pub(crate) fn source(&self, name: &str) -> Option<Source> {
+        let (signal, part) = name.split_once('.').unwrap_or((name, ""));
+        let parts = self.own.parts.iter();
+        parts.filter(|own| own.signal == signal && own.part == part).map(|own| own.source).next()
+    }
+
+    /// The value of a number at a node as [`SignalGauge::read`] finds it.
+    pub(crate) fn value(&self, source: Source, at: Configuration<'_>, v: &[f64]) -> f64 {
+        let (reading, mut value) = (&self.states.reading, f64::NAN);
+        let Some(z) = at.internal.get(..reading.states.len()) else { return value };
+        reading.read_inputs(at, v, at.internal, |y| value = self.own.network.value(source, y, z));
+        value
+    }
+
+    /// Its slopes there: by what signals read, then by their states.
+    pub(crate) fn slopes(&self, source: Source, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
+        let (reading, mut row) = (&self.states.reading, Vec::new());
+        let Some(z) = at.internal.get(..reading.states.len()) else { return row };
+        reading.read_inputs(at, v, at.internal, |y| row = self.own.network.row(source, y, z));
+        row
+    }
+
+    /// What signals read, and where their states stand among their internal variables.
+    pub(crate) fn reads(&self) -> (&[Input], &[usize]) {
+        (&self.states.reading.inputs, &self.states.reading.states)
     }
 
     /// Appends all numbers at a node with the velocity `v`; `at` has the internal variables of

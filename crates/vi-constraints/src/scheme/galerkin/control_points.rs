@@ -155,6 +155,29 @@ impl ControlPoints {
         &self.forces[k]
     }
 
+    /// The same, to add what acts beside the system, with the node.
+    pub fn force_mut(&mut self, k: usize) -> (&GaussPoint, &mut [f64]) {
+        (&self.gauss[k], &mut self.forces[k])
+    }
+
+    /// `out ← out +` the impulse of the forces at the Gauss nodes on control point `i`, shape `n`.
+    pub fn add_impulse(&self, i: usize, out: &mut [f64]) {
+        let Self { constants, forces, .. } = self;
+        for (k, force) in forces.iter().enumerate() {
+            let impulse = self.h() * constants.gauss_weights[k] * constants.E[(k, i)];
+            out.iter_mut().zip(force).for_each(|(w, f)| *w += impulse * f);
+        }
+    }
+
+    /// `out ← Σ_j K_ij Δ_j`, shape `n`.
+    pub fn mix(&self, i: usize, out: &mut [f64]) {
+        out.fill(0.0);
+        for (j, point) in self.points.iter().enumerate() {
+            let K = self.constants.K[(i, j + 1)];
+            out.iter_mut().zip(&point.dq).for_each(|(y, dq)| *y += K * dq);
+        }
+    }
+
     /// `(q_n, q_{n+1})`.
     #[must_use]
     pub fn step(&self) -> &Interval {
@@ -217,25 +240,18 @@ impl ControlPoints {
 
     /// `out ← w_i = δ_i0 p̄_n + ∂_i L_d + f_i` [2.26], shape `n`, kg·m/s; `w_s = p̄_{n+1}`.
     pub fn balance(&mut self, system: &impl MechanicalSystem, i: usize, out: &mut [f64]) {
-        let h = self.h();
-        let Self { constants, points, p, forces, impulses, mixed, .. } = self;
-        mixed.fill(0.0);
-        for (j, point) in points.iter().enumerate() {
-            let K = constants.K[(i, j + 1)];
-            mixed.iter_mut().zip(&point.dq).for_each(|(y, dq)| *y += K * dq);
-        }
+        let mut mixed = std::mem::take(&mut self.mixed);
+        self.mix(i, &mut mixed);
         if i == 0 {
-            out.copy_from_slice(p);
+            out.copy_from_slice(&self.p);
         } else {
             out.fill(0.0);
         }
-        if let Some(impulse) = impulses.get(i) {
+        if let Some(impulse) = self.impulses.get(i) {
             out.iter_mut().zip(impulse).for_each(|(w, f)| *w += f);
         }
-        for (k, force) in forces.iter().enumerate() {
-            let impulse = h * constants.gauss_weights[k] * constants.E[(k, i)];
-            out.iter_mut().zip(force).for_each(|(w, f)| *w += impulse * f);
-        }
-        system.mass().mul_add(1.0 / h, mixed, out);
+        self.add_impulse(i, out);
+        system.mass().mul_add(1.0 / self.h(), &mixed, out);
+        self.mixed = mixed;
     }
 }

@@ -8,7 +8,7 @@
 
 use super::control_points::ControlPoints;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
-use vi_core::galerkin::Stages;
+use vi_core::galerkin::{GaussPoint, Stages};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
 
 /// `F_q`, `F_v` at the Gauss nodes, shape `n × n`.
@@ -24,11 +24,24 @@ impl GaussSlopes {
 
     /// Finds them where the forces of the control points were evaluated.
     pub fn differentiate(&mut self, system: &impl DiscreteLagrangian, points: &ControlPoints) {
+        self.differentiate_with(system, points, &mut |_, _, _| {});
+    }
+
+    /// The same with what acts beside the system, which emits its own
+    /// [`DiscreteLagrangian::gauss_slopes`] at a node.
+    pub fn differentiate_with(
+        &mut self,
+        system: &impl DiscreteLagrangian,
+        points: &ControlPoints,
+        beside: &mut dyn FnMut(&GaussPoint, [f64; 2], &mut dyn Entries),
+    ) {
         let (n, s) = (system.dim(), points.step());
         for (node, slopes) in points.gauss().iter().zip(&mut self.0) {
             for (slopes, by) in slopes.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
-                let at = node.place(s);
-                let emit = |out: &mut dyn Entries| system.gauss_slopes(at, &node.v, by, out);
+                let emit = |out: &mut dyn Entries| {
+                    system.gauss_slopes(node.place(s), &node.v, by, out);
+                    beside(node, by, out);
+                };
                 SparseMatrix::update(slopes, (n, n), emit);
             }
         }

@@ -18,6 +18,7 @@ pub struct Parts {
     costates: Vec<[Vec<f64>; 2]>, // s × 2 × n  of the Gauss nodes: step, momentum
     step_costates: Vec<Vec<f64>>, // s × n  m_i
     none: [Vec<f64>; 2],          // n, m  zero
+    weights: Vec<f64>,            // s  b_k
 }
 
 impl Parts {
@@ -32,6 +33,7 @@ impl Parts {
             costates: vec![[vec![0.0; n], vec![0.0; n]]; s],
             step_costates: vec![vec![0.0; n]; s],
             none: [vec![0.0; n], vec![0.0; m]],
+            weights: vec![0.0; s],
         }
     }
 
@@ -44,6 +46,7 @@ impl Parts {
     /// Moves the Gauss nodes to where the control points were evaluated.
     pub fn stand(&mut self, points: &ControlPoints) {
         let s = points.step();
+        self.weights.copy_from_slice(&points.constants().gauss_weights);
         for (own, node) in self.gauss.iter_mut().zip(points.gauss()) {
             own.gather_at(node.place(s), &node.v, s.h);
         }
@@ -90,7 +93,7 @@ impl Parts {
     #[must_use]
     pub fn part<'a>(&'a self, k: usize, impulses: &'a [Vec<f64>]) -> (Place<'a>, &'a [f64]) {
         match k.checked_sub(self.stages()) {
-            None => (Place::Gauss(&self.gauss[k]), &self.none[1]),
+            None => (Place::Gauss(&self.gauss[k], self.weights[k]), &self.none[1]),
             Some(i) => (Place::Points(&self.between[i]), &impulses[i]),
         }
     }

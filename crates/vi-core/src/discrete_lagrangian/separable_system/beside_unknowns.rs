@@ -1,6 +1,9 @@
 //! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step.
 
 use super::SeparableSystem;
+use crate::configuration::Configuration;
+#[cfg(doc)]
+use crate::force::DiscreteForce;
 use crate::interval::{Interval, Slot};
 use crate::sparse::{Block, Entries};
 
@@ -38,6 +41,34 @@ impl SeparableSystem {
             (Slot::Second, Slot::Second) => potential.add_d2_d2(s, -s.h, out),
         });
         forces.for_each(|force| force.add_slope(s, of, by, out));
+    }
+
+    /// Emits `∂²/∂q_i∂q_j` of `y_0·`, `y_1·` [`SeparableSystem::beside_unknowns`] at both ends, as
+    /// far as it is known.
+    pub fn beside_unknowns_bend(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        slots: [Slot; 2],
+        out: &mut dyn Entries,
+    ) {
+        let (potentials, forces) = self.other(&[]);
+        potentials.for_each(|potential| potential.add_bend(s, y, slots, -s.h, out));
+        forces.for_each(|force| force.add_bend(s, y, slots, out));
+    }
+
+    /// The same of `z·(f − ∇V)` of these at a Gauss node, as [`DiscreteForce::add_gauss_bend`].
+    pub fn gauss_bend_beside_unknowns(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        let (potentials, forces) = self.other(&[]);
+        potentials.for_each(|potential| potential.add_third(at, z, -by[0], out));
+        forces.for_each(|force| force.add_gauss_bend(at, v, z, by, out));
     }
 
     /// Whether there are forces among these, which need not go with `h`.

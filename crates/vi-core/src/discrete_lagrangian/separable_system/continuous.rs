@@ -61,7 +61,7 @@ impl MechanicalSystem for SeparableSystem {
     }
 
     fn has_memory(&self) -> bool {
-        self.internal_variables() > self.places_of_signals().len()
+        self.internal_variables() > self.places_of_signals().len() + self.works.len()
     }
 
     fn is_sampled(&self) -> bool {
@@ -75,14 +75,21 @@ impl MechanicalSystem for SeparableSystem {
         gauss: &mut [GaussPoint],
         end: &mut Vec<f64>,
     ) {
-        let Some(signals) = self.signals.as_ref().filter(|own| own.has_states()) else { return };
+        let signals = self.signals.as_ref().filter(|own| own.has_states());
+        if signals.is_none() && self.works.is_empty() {
+            return;
+        }
         for internal in gauss.iter_mut().map(|node| &mut node.internal).chain([&mut *end]) {
             internal.clone_from(&s.internal);
         }
-        let places = self.places_of_signals();
-        if places.end <= end.len() {
+        let (places, works) = (self.places_of_signals(), self.places_of_works());
+        if works.end > end.len() {
+            return;
+        }
+        if let Some(signals) = signals {
             signals.collocate(s, constants, gauss, &mut end[places]);
         }
+        self.collocate_works(s, constants, gauss, &mut end[works]);
     }
 
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {

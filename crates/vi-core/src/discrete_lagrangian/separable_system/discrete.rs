@@ -75,8 +75,15 @@ impl DiscreteLagrangian for SeparableSystem {
     }
 
     fn state_rates(&self, at: Configuration<'_>, v: &[f64]) -> Option<StateRates> {
-        let signals = self.signals.as_ref().filter(|signals| signals.has_states())?;
-        (at.internal.len() == self.internal_variables()).then(|| signals.rates(at, v))
+        if at.internal.len() != self.internal_variables() {
+            return None;
+        }
+        let signals = self.signals.as_ref().filter(|signals| signals.has_states());
+        let rates = signals.map(|signals| signals.rates(at, v));
+        match self.works.is_empty() {
+            true => rates,
+            false => Some(self.with_works(rates.unwrap_or_default(), at, v)),
+        }
     }
 
     fn add_force_minus(&self, s: &Interval, out: &mut [f64]) {
@@ -119,6 +126,7 @@ impl DiscreteLagrangian for SeparableSystem {
             let mut own = Block { into, row, column: 0, scale: 1.0, transposed: false };
             signals.advance_slope(s, by, &mut own);
         }
+        self.emit_work_slopes(s, by, out);
         if let Some(potential) = self.potential_with_memory() {
             let (row, into) = (self.variables_before_potentials(), out);
             let mut own = Block { into, row, column: 0, scale: 1.0, transposed: false };
@@ -133,6 +141,7 @@ impl DiscreteLagrangian for SeparableSystem {
             let mut own = Block { into, row, column: row, scale: 1.0, transposed: false };
             signals.advance_internal_slope(s, &mut own);
         }
+        self.emit_work_slopes_by_state(s, out);
         if let Some(potential) = self.potential_with_memory() {
             let (row, into) = (self.variables_before_potentials(), out);
             let mut own = Block { into, row, column: row, scale: 1.0, transposed: false };
@@ -199,11 +208,13 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn begin_internal(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
         let (of_forces, rest) = out.split_at_mut(self.variables_of_forces());
-        let (of_signals, of_potential) = rest.split_at_mut(self.variable_count_of_signals());
+        let (of_signals, rest) = rest.split_at_mut(self.variable_count_of_signals());
+        let (of_works, of_potential) = rest.split_at_mut(self.works.len());
         of_forces.fill(0.0);
         if let Some(signals) = &self.signals {
             signals.begin(at, v, of_signals);
         }
+        self.begin_works(at, of_works);
         if let Some(own) = self.potential_with_memory() {
             own.begin(at.q, of_potential);
         }
@@ -222,7 +233,9 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn advance_internal(&self, s: &Interval, out: &mut [f64]) {
         let (of_force, rest) = out.split_at_mut(self.variables_of_forces());
-        let (of_signals, of_potential) = rest.split_at_mut(self.variable_count_of_signals());
+        let (of_signals, rest) = rest.split_at_mut(self.variable_count_of_signals());
+        let (of_works, of_potential) = rest.split_at_mut(self.works.len());
+        self.advance_works(s, of_works);
         if let Some(force) = self.forces.iter().find(|force| force.internal_variables() > 0) {
             force.advance(s, of_force);
         }

@@ -57,16 +57,20 @@ impl LawForce {
         (efforts, self.target.count())
     }
 
-    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v` at a node, both of shape `n`.
+    /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v`, both of shape `n`, and
+    /// `of_z ← of_z + scale ∂τ_k/∂z` at a node.
     pub fn add_effort_slopes(
         &self,
         at: Configuration<'_>,
         v: &[f64],
         (k, scale): (usize, f64),
-        slopes: [&mut [f64]; 2],
+        [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         self.reading.with_slopes_at_node(at, v, |work| {
-            self.reading.add_slopes(at.q, v, |j| scale * work.slope(k, j), slopes);
+            self.reading.add_slopes(at.q, v, |j| scale * work.slope(k, j), [q, of_v]);
+        });
+        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+            of_z[variable] += scale * slopes[k];
         });
     }
 

@@ -274,6 +274,8 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
             if let Some(laws) = laws {
                 laws.add_balance(&mut state.compensation.balance);
                 laws.add_momentum(system, &s.q1, &mut state.p);
+            }
+            if !state.internal.is_empty() {
                 system.advance_internal(s, &mut state.internal);
             }
         }

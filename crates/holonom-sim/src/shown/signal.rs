@@ -1,0 +1,80 @@
+//! Numbers of signals, with derivatives.
+//!
+//! ```text
+//! y = s(u(t, q, v̂), z)        ∂y/∂q = Σ s_u ∂u/∂q,   ∂y/∂v̂ likewise,   ∂y/∂z = s_z
+//! ```
+//! `u`: what signals read, `z`: their states. What a signal that is a value stands for has its
+//! derivative by a parameter in the expression that reads it.
+
+use crate::design::{ModelTangent, refused};
+use crate::system::System;
+use crate::system::signal::network::Source;
+use crate::system::signal::output::SignalGauge;
+use holonom_model::ModelError;
+use std::ops::Range;
+use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_core::Configuration;
+
+/// A number of a signal.
+struct SignalNumber {
+    gauge: SignalGauge,
+    source: Source,
+    places: Range<usize>, // of the signals among the internal variables
+}
+
+impl SignalNumber {
+    fn at<'a>(&self, at: Configuration<'a>) -> Configuration<'a> {
+        Configuration { internal: at.internal.get(self.places.clone()).unwrap_or_default(), ..at }
+    }
+}
+
+impl NodeQuantity for SignalNumber {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        self.gauge.value(self.source, self.at(at), v)
+    }
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+        let row = self.gauge.slopes(self.source, self.at(node.at), node.v);
+        let (inputs, states) = self.gauge.reads();
+        for (input, slope) in inputs.iter().zip(&row).filter(|(_, slope)| **slope != 0.0) {
+            input.add_slopes(node, scale * slope, out.again());
+        }
+        for (state, slope) in states.iter().zip(row.iter().skip(inputs.len())) {
+            if let Some(z) = out.z.get_mut(self.places.start + state) {
+                *z += scale * slope;
+            }
+        }
+    }
+    fn reads(&self) -> Reads {
+        Reads { internal: !self.places.is_empty(), ..Reads::default() }
+    }
+    fn reads_time(&self) -> bool {
+        true // its expressions may
+    }
+}
+
+/// What a signal shows, by the name of its column.
+///
+/// # Errors
+/// [`ModelError`] where a parameter moves what it may read.
+pub(super) fn of_signal(
+    system: &System,
+    key: &str,
+    name: &str,
+    tangents: &[ModelTangent],
+) -> Result<Box<dyn NodeQuantity>, ModelError> {
+    let gauge = system.sensors.signal_gauge();
+    let found = gauge.and_then(|gauge| Some((gauge.clone(), gauge.source(name)?)));
+    let (gauge, source) = found.ok_or_else(|| {
+        let what = format!("the derivative of a sensor that reads `{name}`, which events change");
+        refused(key, what, "write what it stands for")
+    })?;
+    if let Some(own) = tangents.iter().find(|own| !own.numbers.joints.is_empty()) {
+        let what = format!(
+            "the derivative by `{}`, which moves a joint that the signal `{name}` may read",
+            own.name
+        );
+        return Err(refused(key, what, "name others, or write what the signal stands for"));
+    }
+    let places = system.dynamics.variational(&system.mechanism).places_of_signals();
+    Ok(Box::new(SignalNumber { gauge, source, places }))
+}

@@ -1,0 +1,571 @@
+//! What couples neighbouring nodes: a sub-step its two ends, a Galerkin step its control points.
+//!
+//! ```text
+//! w_0 = D_1L_d + f_d^-,   w_1 = D_2L_d + f_d^+                                        a sub-step
+//! w_i = (1/h) M Σ_j K_ij Δ_j + h Σ_k b_k E_ki F(Q_k, V_k),   F = f − ∇V                a Galerkin step [2.26]
+//! ∂w_i/∂q_j = (1/h) K_ij M + Σ_k b_k E_ki (h E_kj F_q + D_kj F_v)                                      [2.49]
+//! ```
+//! The controls of a step act in all its pieces. Efforts along unknowns act in a sub-step by
+//! `σ (h/2) τ e_j` at both ends and are no part of `w`; in a Galerkin step they are part of `F`, by
+//! `τ ∇θ(Q_k)`. With `Z_k = Σ_i E_ki Y_i` such an effort adds to `∇²𝓛`
+//! ```text
+//! h b_k E_ki E_kj [ τ D³θ[Z] + (D²θ Z) t_qᵀ + t_q (D²θ Z)ᵀ + (∇θ·Z) (τ_θ D²θ + τ_θ̇ D³θ[V]) ]        [2.51]
+//!   + b_k τ_θ̇ ( E_ki D_kj S + D_ki E_kj Sᵀ ),    S = (D²θ Z) ∇θᵀ + (∇θ·Z) D²θ,    t_q = τ_θ ∇θ + τ_θ̇ D²θ V
+//! ```
+//! where it is affine in `θ` and `θ̇`.
+#![allow(non_snake_case)] // D, E, K, Q, V, X, Y, Z
+
+use super::Transcription;
+use super::point::Along;
+use nalgebra::DMatrix;
+use std::f64::consts::TAU;
+use std::sync::OnceLock;
+use vi_constraints::galerkin::GaussSlopes;
+use vi_constraints::galerkin::control_points::ControlPoints;
+use vi_core::Configuration;
+use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
+use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
+use vi_core::force::DiscreteForce as _;
+use vi_core::galerkin::{GaussPoint, Stages};
+use vi_core::interval::{Interval, Slot, StepChange};
+use vi_core::linear::dot;
+use vi_core::sparse::{Block, Entries, Product, SparseMatrix};
+use vi_multibody::joint_coordinate::JointCoordinate;
+use vi_rigid::load::Load;
+
+/// A piece with what acts in it.
+#[derive(Debug)]
+pub(super) struct Piece {
+    /// Its first node.
+    pub(super) first: usize,
+    /// From its first node to its last one.
+    pub(super) s: Interval,
+    /// The wrenches of controls in it, with their values.
+    pub(super) wrenches: Vec<Load>,
+    pub(super) kind: Kind,
+}
+
+/// What is of one kind of piece alone.
+#[derive(Debug)]
+pub(super) enum Kind {
+    /// Efforts of the model along unknowns.
+    SubStep(Vec<Along>),
+    Galerkin(Box<Action>),
+}
+
+/// The action of a Galerkin step.
+#[derive(Debug)]
+pub(super) struct Action {
+    /// With `F` of all that acts.
+    points: ControlPoints,
+    /// Of each control along an unknown: the control, its value, its coordinate.
+    efforts: Vec<(usize, f64, JointCoordinate)>,
+    /// `h ∂w_i/∂q_j` without inertia, row after row.
+    blocks: OnceLock<Vec<SparseMatrix>>,
+    /// `∂(h F_q)/∂h` at each Gauss node.
+    still: OnceLock<Vec<SparseMatrix>>,
+}
+
+/// How a control acts at a node.
+pub(super) enum Effect {
+    /// Along an unknown, by the derivative of the balance of this one.
+    Unknown(usize, f64),
+    /// By the derivative of `w`, shape `n`.
+    Force(Vec<f64>),
+}
+
+/// `X ↦ (inertial part, other part)`.
+pub(super) struct Parts {
+    inertial: DMatrix<f64>,
+    other: Option<DMatrix<f64>>,
+}
+
+impl Parts {
+    pub(super) fn zero(n: usize, columns: usize) -> Self {
+        Self { inertial: DMatrix::zeros(n, columns), other: None }
+    }
+
+    pub(super) fn sum(self) -> DMatrix<f64> {
+        match self.other {
+            Some(other) => self.inertial + other,
+            None => self.inertial,
+        }
+    }
+
+    pub(super) fn add(&mut self, part: Self) {
+        self.inertial += part.inertial;
+        self.other = match (self.other.take(), part.other) {
+            (Some(a), Some(b)) => Some(a + b),
+            (a, b) => a.or(b),
+        };
+    }
+}
+
+/// `out ← out + scale A X`, or with `Aᵀ`.
+fn add_product(
+    scale: f64,
+    matrix: &SparseMatrix,
+    X: &DMatrix<f64>,
+    transposed: bool,
+    out: &mut DMatrix<f64>,
+) {
+    if !transposed {
+        return matrix.mul_dense_add(scale, X, out);
+    }
+    let n = X.nrows();
+    for (x, o) in X.as_slice().chunks_exact(n).zip(out.as_mut_slice().chunks_exact_mut(n)) {
+        matrix.tr_mul_add(scale, x, o);
+    }
+}
+
+impl Piece {
+    /// Between these nodes, the first of which has this number, from these angles and this time on;
+    /// `value`: of each control in it.
+    pub(super) fn new(
+        of: &Transcription,
+        (first, nodes): (usize, &[&[f64]]),
+        (angles, t, h): (&[f64], f64, f64),
+        value: &dyn Fn(usize) -> f64,
+    ) -> Self {
+        let last = nodes.len() - 1;
+        let mut s = Interval::between(t, h, nodes[0], nodes[last]);
+        s.angles.extend_from_slice(angles);
+        let wrenches: Vec<Load> = of.wrenches().map(|(k, load)| load.scaled(value(k))).collect();
+        let stages = of.division.constants.as_ref().and_then(|own| Stages::new(own.stages()));
+        let Some(stages) = stages else {
+            return Self { first, s, wrenches, kind: Kind::SubStep(Vec::new()) };
+        };
+        let mut intervals: Vec<Interval> =
+            nodes[1..last].iter().map(|q| Interval::between(t, h, nodes[0], q)).collect();
+        intervals.push(s.clone());
+        let mut points = ControlPoints::new(of.n, stages);
+        points.take(&intervals, &vec![0.0; of.n]);
+        points.evaluate(&*of.system);
+        let efforts =
+            of.efforts().filter_map(|(k, _)| Some((k, value(k), of.coordinates[k].clone()?)));
+        let efforts: Vec<_> = efforts.collect();
+        for k in 0..stages.count() {
+            let (node, force) = points.force_mut(k);
+            efforts.iter().for_each(|(_, tau, own)| own.add_gradient(&node.q, *tau, force));
+            let at = node.place(&s);
+            wrenches.iter().for_each(|load| load.add_continuous(at, &node.v, force));
+        }
+        let (blocks, still) = (OnceLock::new(), OnceLock::new());
+        let action = Action { points, efforts, blocks, still };
+        Self { first, s, wrenches, kind: Kind::Galerkin(Box::new(action)) }
+    }
+
+    /// The inertial part of `w_i`, and the rest.
+    pub(super) fn momentum(&self, of: &Transcription, i: usize) -> [Vec<f64>; 2] {
+        let [mut inertial, mut other] = [(); 2].map(|()| vec![0.0; of.n]);
+        let h = self.s.h;
+        match &self.kind {
+            Kind::SubStep(_) => {
+                let slot = Slot::BOTH[i];
+                if of.has_other {
+                    of.system.beside_unknowns(&self.s, slot, &mut other);
+                }
+                of.system.inertia().mul_add(slot.sign() / h, &self.s.dq, &mut inertial);
+                other.iter_mut().zip(&of.weight).for_each(|(o, w)| *o += 0.5 * h * w);
+                for load in &self.wrenches {
+                    match slot {
+                        Slot::First => load.add_minus(&self.s, &mut other),
+                        Slot::Second => load.add_plus(&self.s, &mut other),
+                    }
+                }
+            }
+            Kind::Galerkin(action) => {
+                let mut mixed = vec![0.0; of.n];
+                action.points.mix(i, &mut mixed);
+                of.system.inertia().mul_add(1.0 / h, &mixed, &mut inertial);
+                action.points.add_impulse(i, &mut other); // [2.26]
+            }
+        }
+        [inertial, other]
+    }
+
+    /// The derivative of the part of `w_i` that is not inertial by the length of the piece; `other`
+    /// is this part.
+    pub(super) fn by_length(&self, of: &Transcription, i: usize, other: &[f64]) -> Vec<f64> {
+        let h = self.s.h;
+        let Kind::Galerkin(action) = &self.kind else {
+            return other.iter().map(|o| o / h).collect();
+        };
+        let constants = action.points.constants();
+        let (mut sum, mut force) = (vec![0.0; of.n], vec![0.0; of.n]);
+        let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
+        for (k, node) in action.points.gauss().iter().enumerate() {
+            let at = node.place(&self.s);
+            if of.system.gauss_step_slope(at, &node.v, h, by, &mut force).is_err() {
+                force.fill(f64::NAN);
+            }
+            for (_, tau, own) in &action.efforts {
+                own.add_gradient(at.q, *tau, &mut force);
+            }
+            self.wrenches.iter().for_each(|load| load.add_continuous(at, &node.v, &mut force));
+            let part = constants.gauss_weights[k] * constants.E[(k, i)];
+            sum.iter_mut().zip(&force).for_each(|(sum, f)| *sum += part * f);
+        }
+        sum
+    }
+
+    /// `∂w_i/∂q_j X`, or its transpose times `X`.
+    pub(super) fn times(
+        &self,
+        of: &Transcription,
+        (i, j): (usize, usize),
+        X: &DMatrix<f64>,
+        transposed: bool,
+    ) -> Parts {
+        let (h, mut parts) = (self.s.h, Parts::zero(of.n, X.ncols()));
+        match &self.kind {
+            Kind::SubStep(_) => {
+                let [of_end, by] = [i, j].map(|end| Slot::BOTH[end]);
+                let scale = of_end.sign() * by.sign() / h;
+                of.mass.mul_dense_add(scale, X, &mut parts.inertial);
+                if of.has_other || !self.wrenches.is_empty() {
+                    let matrix = SparseMatrix::assemble(of.n, of.n, |out| {
+                        if of.has_other {
+                            of.system.beside_unknowns_slope(&self.s, of_end, by, out);
+                        }
+                        for load in &self.wrenches {
+                            load.add_slope(&self.s, of_end, by, out);
+                        }
+                    });
+                    let other = parts.other.insert(DMatrix::zeros(of.n, X.ncols()));
+                    add_product(1.0, &matrix, X, transposed, other);
+                }
+            }
+            Kind::Galerkin(action) => {
+                let constants = action.points.constants();
+                of.mass.mul_dense_add(constants.K[(i, j)] / h, X, &mut parts.inertial);
+                let block = &self.blocks(of, action)[i * (constants.stages() + 1) + j];
+                let other = parts.other.insert(DMatrix::zeros(of.n, X.ncols()));
+                add_product(1.0 / h, block, X, transposed, other); // [2.49]
+            }
+        }
+        parts
+    }
+
+    /// The derivative of [`Piece::times`] by the length of a whole step, `length` of a piece in
+    /// parts of it.
+    pub(super) fn times_by_step(
+        &self,
+        of: &Transcription,
+        at: (usize, usize),
+        (X, transposed): (&DMatrix<f64>, bool),
+        length: f64,
+    ) -> DMatrix<f64> {
+        let (h, parts) = (self.s.h, self.times(of, at, X, transposed));
+        let mut slope = parts.inertial * (-length / h);
+        match &self.kind {
+            Kind::SubStep(_) => {
+                if let Some(other) = parts.other {
+                    slope += other * (length / h);
+                }
+            }
+            Kind::Galerkin(action) => {
+                let constants = action.points.constants();
+                for (k, still) in self.still_slopes(of, action).iter().enumerate() {
+                    let E = constants.E[(k, at.0)] * constants.E[(k, at.1)];
+                    let weight = length * constants.gauss_weights[k] * E;
+                    add_product(weight, still, X, transposed, &mut slope);
+                }
+            }
+        }
+        slope
+    }
+
+    /// `h ∂w_i/∂q_j` without inertia, row after row.
+    fn blocks<'a>(&self, of: &Transcription, action: &'a Action) -> &'a [SparseMatrix] {
+        action.blocks.get_or_init(|| {
+            let (points, count) = (&action.points, action.points.stages() + 1);
+            let stages = Stages::new(points.stages()).expect("those of the points");
+            let mut slopes = GaussSlopes::new(stages);
+            slopes.differentiate_with(&*of.system, points, &mut |node, by, out| {
+                self.emit_controls(action, node, by, out);
+            });
+            let block = |k: usize| {
+                SparseMatrix::assemble(of.n, of.n, |out| {
+                    slopes.emit(&*of.system, points, (k / count, k % count), out);
+                })
+            };
+            (0..count * count).map(block).collect()
+        })
+    }
+
+    /// `∂(h F_q)/∂h` at the Gauss nodes, where `F` is affine in `V`: `F_q` at rest.
+    fn still_slopes<'a>(&self, of: &Transcription, action: &'a Action) -> &'a [SparseMatrix] {
+        action.still.get_or_init(|| {
+            let (rest, by) = (vec![0.0; of.n], [1.0, 0.0]);
+            let slopes = |node: &GaussPoint| {
+                SparseMatrix::assemble(of.n, of.n, |out| {
+                    of.system.gauss_slopes(node.place(&self.s), &rest, by, out);
+                    self.emit_controls(action, node, by, out);
+                })
+            };
+            action.points.gauss().iter().map(slopes).collect()
+        })
+    }
+
+    /// Emits `by_q F_q + by_v F_v` of the controls at a Gauss node.
+    fn emit_controls(
+        &self,
+        action: &Action,
+        node: &GaussPoint,
+        by: [f64; 2],
+        out: &mut dyn Entries,
+    ) {
+        for (_, tau, own) in action.efforts.iter().filter(|_| by[0] != 0.0) {
+            own.emit_second(&node.q, by[0] * tau, out);
+        }
+        let at = node.place(&self.s);
+        self.wrenches.iter().for_each(|load| load.add_gauss_slopes(at, &node.v, by, out));
+    }
+
+    /// How a control acts at node `i` of the piece.
+    pub(super) fn effect(&self, of: &Transcription, control: usize, i: usize) -> Effect {
+        let h = self.s.h;
+        if let (Kind::SubStep(_), Some(SignedUnknown { index, sign })) =
+            (&self.kind, of.along(control))
+        {
+            return Effect::Unknown(index, 0.5 * h * sign);
+        }
+        let mut force = vec![0.0; of.n];
+        match &self.kind {
+            Kind::SubStep(_) => {
+                if let Some(load) = of.wrench(control) {
+                    let own = load.half_impulse(&self.s, self.s.node(Slot::BOTH[i]));
+                    let out = force[load.offset()..].iter_mut().zip(own);
+                    out.for_each(|(out, own)| *out = own);
+                }
+            }
+            Kind::Galerkin(action) => {
+                let constants = action.points.constants();
+                for (k, node) in action.points.gauss().iter().enumerate() {
+                    let part = h * constants.gauss_weights[k] * constants.E[(k, i)];
+                    let at = node.place(&self.s);
+                    match (of.wrench(control), &of.coordinates[control]) {
+                        (Some(load), _) => {
+                            load.scaled(part).add_continuous(at, &node.v, &mut force);
+                        }
+                        (None, Some(own)) => own.add_gradient(at.q, part, &mut force),
+                        (None, None) => {}
+                    }
+                }
+            }
+        }
+        Effect::Force(force)
+    }
+
+    /// `Σ_i (∂/∂q_j of how a control acts at node i)ᵀ Y_i` of each node `j` of the piece, shape
+    /// `n`.
+    pub(super) fn effect_slopes(
+        &self,
+        of: &Transcription,
+        control: usize,
+        Y: &[&[f64]],
+    ) -> Vec<Vec<f64>> {
+        let h = self.s.h;
+        let mut slopes = vec![vec![0.0; of.n]; Y.len()];
+        match &self.kind {
+            Kind::SubStep(_) => {
+                let Some(load) = of.wrench(control) else { return slopes };
+                for (by, out) in Slot::BOTH.into_iter().zip(&mut slopes) {
+                    for (of_end, Y) in Slot::BOTH.into_iter().zip(Y) {
+                        let into = &mut Product { v: Y, out };
+                        let (row, column, scale, transposed) = (0, 0, 1.0, true);
+                        let out = &mut Block { into, row, column, scale, transposed };
+                        load.add_slope(&self.s, of_end, by, out);
+                    }
+                }
+            }
+            Kind::Galerkin(action) => {
+                let constants = action.points.constants();
+                for (k, node) in action.points.gauss().iter().enumerate() {
+                    let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
+                    let mut slope = vec![0.0; of.n];
+                    match (of.wrench(control), &of.coordinates[control]) {
+                        (Some(load), _) => {
+                            let into = &mut Product { v: &Z, out: &mut slope };
+                            let (row, column, scale, transposed) = (0, 0, 1.0, true);
+                            let out = &mut Block { into, row, column, scale, transposed };
+                            load.add_gauss_slopes(at, &node.v, [1.0, 0.0], out);
+                        }
+                        (None, Some(own)) => own.add_bend(at.q, &Z, 1.0, &mut slope),
+                        (None, None) => {}
+                    }
+                    for (j, out) in slopes.iter_mut().enumerate() {
+                        let part = h * constants.gauss_weights[k] * constants.E[(k, j)];
+                        out.iter_mut().zip(&slope).for_each(|(out, x)| *out += part * x);
+                    }
+                }
+            }
+        }
+        slopes
+    }
+
+    /// `Z_k`.
+    fn at_gauss(&self, of: &Transcription, action: &Action, k: usize, Y: &[&[f64]]) -> Vec<f64> {
+        let mut Z = vec![0.0; of.n];
+        for (i, Y) in Y.iter().enumerate() {
+            let E = action.points.constants().E[(k, i)];
+            Z.iter_mut().zip(*Y).for_each(|(z, y)| *z += E * y);
+        }
+        Z
+    }
+
+    /// The efforts at a Gauss node: coordinate, `τ`, its derivatives.
+    fn efforts_at<'a>(
+        &'a self,
+        of: &'a Transcription,
+        action: &'a Action,
+        node: &'a GaussPoint,
+        traveled: &'a dyn Fn(usize) -> f64,
+    ) -> impl Iterator<Item = (&'a JointCoordinate, f64, EffortSlopes)> {
+        let own = action.efforts.iter().map(|(_, tau, own)| (own, *tau, EffortSlopes::default()));
+        let of_model = of.system.along_unknowns().zip(&of.along_starts).zip(&of.along_coordinates);
+        own.chain(of_model.filter_map(move |((along, start), coordinate)| {
+            let own = coordinate.as_ref()?;
+            let near = start + along.unknown.sign * traveled(along.unknown.index);
+            let principal = own.at(Configuration::new(node.t, &node.q));
+            let turns = if own.is_angle() { ((near - principal) / TAU).round() } else { 0.0 };
+            let (theta, rate) = (principal + TAU * turns, own.rate(&node.q, &node.v));
+            let tau = along.force.effort(node.t, theta, rate);
+            Some((own, tau, along.force.slopes(node.t, theta, rate)))
+        }))
+    }
+
+    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)` by their second derivatives, with the columns `K` and
+    /// the `Y` of all nodes of the piece; `None` where nothing does.
+    pub(super) fn curvature(
+        &self,
+        of: &Transcription,
+        (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
+        traveled: &dyn Fn(usize) -> f64,
+    ) -> Option<Vec<Vec<DMatrix<f64>>>> {
+        let of_efforts = self.effort_curvature(of, (K, Y), traveled);
+        if !of.has_other && self.wrenches.is_empty() {
+            return of_efforts;
+        }
+        let d = of.chart.dof();
+        let zero = || vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
+        let mut sum = of_efforts.unwrap_or_else(zero);
+        for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+            let emit = |out: &mut dyn Entries| self.emit_bend(of, Y, (i, j), out);
+            let mut product = DMatrix::zeros(of.n, d);
+            SparseMatrix::assemble(of.n, of.n, emit).mul_dense_add(1.0, K[j], &mut product);
+            sum[i][j] += K[i].tr_mul(&product);
+        }
+        Some(sum)
+    }
+
+    /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial, as far as it is known.
+    fn emit_bend(
+        &self,
+        of: &Transcription,
+        Y: &[&[f64]],
+        (i, j): (usize, usize),
+        out: &mut dyn Entries,
+    ) {
+        match &self.kind {
+            Kind::SubStep(_) => {
+                let (Y, slots) = ([Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
+                if of.has_other {
+                    of.system.beside_unknowns_bend(&self.s, Y, slots, out);
+                }
+                self.wrenches.iter().for_each(|load| load.add_bend(&self.s, Y, slots, out));
+            }
+            Kind::Galerkin(action) => {
+                let (h, constants) = (self.s.h, action.points.constants());
+                for (k, node) in action.points.gauss().iter().enumerate() {
+                    let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
+                    let b = constants.gauss_weights[k];
+                    let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
+                    let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)] / h);
+                    let by = [E_i * E_j, E_i * D_j, D_i * E_j, D_i * D_j].map(|by| h * b * by);
+                    if of.has_other {
+                        of.system.gauss_bend_beside_unknowns(at, &node.v, &Z, by, out);
+                    }
+                    for load in &self.wrenches {
+                        load.add_gauss_bend(at, &node.v, &Z, by, out);
+                    }
+                }
+            }
+        }
+    }
+
+    /// What efforts add to `∇²𝓛 (ξ_i, ξ_j)` of a Galerkin step, with the columns `K` and the `Y` of
+    /// all its nodes; `None` in a sub-step.
+    fn effort_curvature(
+        &self,
+        of: &Transcription,
+        (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
+        traveled: &dyn Fn(usize) -> f64,
+    ) -> Option<Vec<Vec<DMatrix<f64>>>> {
+        let Kind::Galerkin(action) = &self.kind else { return None };
+        let (h, constants, d) = (self.s.h, action.points.constants(), of.chart.dof());
+        let mut sum = vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
+        for (k, node) in action.points.gauss().iter().enumerate() {
+            let (q, Z) = (&node.q[..], self.at_gauss(of, action, k, Y));
+            let b = constants.gauss_weights[k];
+            for (own, tau, slopes) in self.efforts_at(of, action, node, traveled) {
+                let along = |x: &[f64]| -> Vec<DMatrix<f64>> {
+                    let x = DMatrix::from_column_slice(x.len(), 1, x);
+                    K.iter().map(|K| K.tr_mul(&x)).collect()
+                };
+                let vector = |add: &dyn Fn(&mut [f64])| {
+                    let mut x = vec![0.0; of.n];
+                    add(&mut x);
+                    along(&x)
+                };
+                let gradient = vector(&|x| own.add_gradient(q, 1.0, x));
+                let bent = vector(&|x| own.add_bend(q, &Z, 1.0, x));
+                let by_q = vector(&|x| {
+                    own.add_gradient(q, slopes.by_coordinate, x);
+                    own.add_bend(q, &node.v, slopes.by_rate, x);
+                });
+                let (a, c) = (own.rate(q, &Z), slopes.by_rate);
+                let matrix = |emit: &dyn Fn(&mut dyn Entries)| {
+                    SparseMatrix::assemble(of.n, of.n, |out| emit(out))
+                };
+                let third = matrix(&|out| {
+                    own.emit_third(q, &Z, tau, out);
+                    own.emit_second(q, a * slopes.by_coordinate, out);
+                    if c != 0.0 {
+                        own.emit_third(q, &node.v, a * c, out);
+                    }
+                });
+                let second = (c != 0.0).then(|| matrix(&|out| own.emit_second(q, a, out)));
+                let times = |matrix: &SparseMatrix, i: usize, j: usize| {
+                    let mut product = DMatrix::zeros(of.n, d);
+                    matrix.mul_dense_add(1.0, K[j], &mut product);
+                    K[i].tr_mul(&product)
+                };
+                for (i, row) in sum.iter_mut().enumerate() {
+                    for (j, out) in row.iter_mut().enumerate() {
+                        let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
+                        let mut own = times(&third, i, j);
+                        own += &bent[i] * by_q[j].transpose() + &by_q[i] * bent[j].transpose();
+                        *out += h * b * E_i * E_j * own; // [2.51]
+                        let Some(second) = &second else { continue };
+                        let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)]);
+                        let mixed = times(second, i, j);
+                        let left = &mixed + &bent[i] * gradient[j].transpose();
+                        let right = mixed + &gradient[i] * bent[j].transpose();
+                        *out += b * c * (E_i * D_j * left + D_i * E_j * right);
+                    }
+                }
+            }
+        }
+        Some(sum)
+    }
+
+    /// `v·` of how a control acts at node `i`.
+    pub(super) fn effect_along(&self, of: &Transcription, k: usize, i: usize, v: &[f64]) -> f64 {
+        match self.effect(of, k, i) {
+            Effect::Unknown(..) => 0.0,
+            Effect::Force(force) => dot(&force, v),
+        }
+    }
+}
