@@ -22,8 +22,8 @@
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
-use super::piece::{Effect, Kind, Parts};
-use super::point::{Along, Node, Point};
+use super::piece::{Along, Effect, Kind, Parts};
+use super::point::{Node, Point};
 use super::problem::{CostKind, Quantity};
 use crate::objective;
 use nalgebra::DMatrix;

@@ -16,7 +16,6 @@
 #![allow(non_snake_case)] // D, E, K, Q, V, X, Y, Z
 
 use super::Transcription;
-use super::point::Along;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
@@ -43,6 +42,21 @@ pub(super) struct Piece {
     /// The wrenches of controls in it, with their values.
     pub(super) wrenches: Vec<Load>,
     pub(super) kind: Kind,
+}
+
+/// An effort of the model along an unknown in a sub-step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Along {
+    /// `j`.
+    pub(super) index: usize,
+    /// `σ`.
+    pub(super) sign: f64,
+    /// `τ`.
+    pub(super) effort: f64,
+    /// Its derivatives.
+    pub(super) slopes: EffortSlopes,
+    /// `Δθ`.
+    pub(super) change: f64,
 }
 
 /// What is of one kind of piece alone.

@@ -8,13 +8,13 @@
 
 use super::Transcription;
 use super::chart::Placed;
-use super::piece::{Kind, Piece};
+use super::piece::{Along, Kind, Piece};
 use super::problem::{Acts, CostKind, Quantity, When};
 use crate::program::Undefined;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints as _;
 use vi_core::Configuration;
-use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
+use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
 use vi_multibody::form::Row;
 use vi_rigid::load::Load;
@@ -31,21 +31,6 @@ pub(super) struct Node {
     pub(super) balance: Vec<f64>,
     /// `∂w/∂h`, `h` that of a whole step; empty where the time is given.
     pub(super) by_step: Vec<f64>,
-}
-
-/// An effort of the model along an unknown in a sub-step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Along {
-    /// `j`.
-    pub(super) index: usize,
-    /// `σ`.
-    pub(super) sign: f64,
-    /// `τ`.
-    pub(super) effort: f64,
-    /// Its derivatives.
-    pub(super) slopes: EffortSlopes,
-    /// `Δθ`.
-    pub(super) change: f64,
 }
 
 /// Everything at a point but derivatives.
