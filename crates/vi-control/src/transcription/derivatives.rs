@@ -13,7 +13,7 @@
 //! ∇²𝓛 (ξ_n, ξ_{n+1}) = Y_kᵀ A_n K'_l + K_kᵀ C_nᵀ Y'_l
 //! ```
 //! The slopes of `w` are those of [`super::piece`]: of Galerkin steps every node of the step has a
-//! block with every other one, and efforts add [2.51].
+//! block with every other one, and efforts add [2.52].
 //!
 //! Exact beside gravity, springs and dampers between points, loads on bodies, and what acts along
 //! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out

@@ -9,7 +9,7 @@
 //! `σ (h/2) τ e_j` at both ends and are no part of `w`; in a Galerkin step they are part of `F`, by
 //! `τ ∇θ(Q_k)`. With `Z_k = Σ_i E_ki Y_i` such an effort adds to `∇²𝓛`
 //! ```text
-//! h b_k E_ki E_kj [ τ D³θ[Z] + (D²θ Z) t_qᵀ + t_q (D²θ Z)ᵀ + (∇θ·Z) (τ_θ D²θ + τ_θ̇ D³θ[V]) ]        [2.51]
+//! h b_k E_ki E_kj [ τ D³θ[Z] + (D²θ Z) t_qᵀ + t_q (D²θ Z)ᵀ + (∇θ·Z) (τ_θ D²θ + τ_θ̇ D³θ[V]) ]        [2.52]
 //!   + b_k τ_θ̇ ( E_ki D_kj S + D_ki E_kj Sᵀ ),    S = (D²θ Z) ∇θᵀ + (∇θ·Z) D²θ,    t_q = τ_θ ∇θ + τ_θ̇ D²θ V
 //! ```
 //! where it is affine in `θ` and `θ̇`.
@@ -561,7 +561,7 @@ impl Piece {
                         let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
                         let mut own = times(&third, i, j);
                         own += &bent[i] * by_q[j].transpose() + &by_q[i] * bent[j].transpose();
-                        *out += h * b * E_i * E_j * own; // [2.51]
+                        *out += h * b * E_i * E_j * own; // [2.52]
                         let Some(second) = &second else { continue };
                         let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)]);
                         let mixed = times(second, i, j);

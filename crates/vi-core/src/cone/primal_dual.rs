@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! A x + c + s = y,   x ∘ y = σμ e,   x, y in the cones
-//! (A + M V⁻²) δx = M V⁻¹ d − r,   M δy = A δx + r          r = A x + c + s − y,   M = I − ∂s/∂y
+//! (A + M V⁻²) δx = M V⁻¹ d − r,   M δy = A δx + r   [2.53]   r = A x + c + s − y,   M = I − ∂s/∂y
 //! ```
 //! `s` along `e_0` of a cone: a speed that is given, or that of the slip, `|y_T|`; with that the
 //! laws are Coulomb's and not the conditions of a convex program. `V`: the scaling of Nesterov and
