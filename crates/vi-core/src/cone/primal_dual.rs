@@ -135,8 +135,9 @@ impl PrimalDual {
     }
 
     /// Solves the laws until complementarity and residual are below `target`, of a problem whose
-    /// largest `|c|` is one, or so many steps in a row do not halve what is left; how many steps that took, and what is left of them. The multipliers of
-    /// an interval are those of its ends, `y = z_l − z_u`.
+    /// largest `|c|` is one, or until `patience` steps in a row do not halve what is left; how many
+    /// steps that took, and what is left. The multipliers of an interval are those of its ends,
+    /// `y = z_l − z_u`.
     pub(super) fn solve(
         &mut self,
         A: &mut impl Coupling,
