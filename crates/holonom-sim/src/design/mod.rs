@@ -15,6 +15,7 @@ mod formulas;
 mod geometry;
 mod relaxed;
 pub(crate) mod start;
+pub(crate) mod stored;
 #[cfg(test)]
 mod tests;
 

@@ -2,6 +2,7 @@
 
 use super::objective::Costs;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
+use crate::design::stored;
 use crate::design::{ModelTangent, refused};
 use crate::shown::{all_read, sensors_read, work};
 use crate::simulation::Simulation;
@@ -363,8 +364,8 @@ impl Begin {
         // V_θ(q_0)
         let places = run.system().places_of_works();
         for (place, work) in places.zip(&self.works).filter(|_| own.is_some()) {
-            let (Some(stored), Some(own)) = (&work.stored, own) else { continue };
-            let by = stored.by_parameter(&work.force, run.constraints(), own);
+            let (Some(of), Some(own)) = (&work.stored, own) else { continue };
+            let by = stored::by_parameter(of, &work.force, run.constraints(), own);
             z[place] += by.map_or(0.0, |by| by(at));
         }
         Tangent { q: q.clone(), p: p.clone(), z }

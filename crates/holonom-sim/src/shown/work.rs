@@ -8,9 +8,10 @@
 
 use super::{no_derivative, number_of};
 use crate::design::ModelTangent;
+use crate::design::stored::{self, StoredTangent};
 use crate::sensor::columns_of;
 use crate::system::System;
-use crate::system::works::{StoredTangent, force_of};
+use crate::system::works::force_of;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
@@ -92,7 +93,8 @@ pub(super) fn of_sensor(
     let place = dynamics.works.iter().position(|own| own.force == force);
     let place = place.ok_or_else(|| no_derivative(key, sensor))?;
     let stored = dynamics.works[place].stored.as_ref();
-    let by = tangents.iter().map(|own| stored?.by_parameter(&force, mechanism, own)).collect();
+    let by = |own| stored::by_parameter(stored?, &force, mechanism, own);
+    let by = tangents.iter().map(by).collect();
     let first = dynamics.variational(mechanism).places_of_works().start;
     Ok(Some(Box::new(Done { place: first + place, stored: stored.map(|own| own.energy()), by })))
 }

@@ -2,22 +2,18 @@
 //!
 //! ```text
 //! W_0 = V(q_0),  W grows by what the force of the element does          W − V(q): the work since the start
-//! V_θ at fixed q: ½ k_θ (x − x_0)² + k (x − x_0)(x_θ − x_0θ) of a spring
 //! ```
 //! The numbers are those of [`crate::sensor`].
 
 use super::joint_drive::{ElementLaw, JointDrive, joint_elements};
 use super::time_function::TimeFunctions;
-use crate::design::ModelTangent;
 use holonom_model::Model;
 use std::sync::Arc;
 use vi_core::force::Source;
-use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
-use vi_core::{Configuration, Quadrature, Working};
+use vi_core::{Quadrature, Working};
 use vi_multibody::builder::ForceElements;
 use vi_multibody::bushing::SixSpring;
-use vi_multibody::design::{EffortTangent, MovedCoordinate};
 use vi_multibody::joint_force::JointSpring;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
@@ -32,9 +28,6 @@ pub(crate) enum Stored {
     /// A bushing.
     Bushing(Box<SixSpring>),
 }
-
-/// `V_θ` of one parameter.
-pub(crate) type StoredTangent = Box<dyn Fn(Configuration<'_>) -> f64 + Send + Sync>;
 
 /// The work of the force of a name, and of what its element stores.
 #[derive(Clone, Debug)]
@@ -91,52 +84,6 @@ impl Stored {
             Self::Joint(_, own) => Arc::new((**own).clone()),
             Self::Spring(_, own) => Arc::from(Quadrature::Midpoint.discretize(own.clone())),
             Self::Bushing(own) => Arc::new((**own).clone()),
-        }
-    }
-
-    /// `V_θ` at a configuration; `None` where a parameter does not change it.
-    pub(crate) fn by_parameter(
-        &self,
-        force: &str,
-        mechanism: &Mechanism,
-        tangent: &ModelTangent,
-    ) -> Option<StoredTangent> {
-        match self {
-            Self::Joint(joint, spring) => {
-                let moved = MovedCoordinate::of(mechanism, &tangent.numbers, &spring.coordinate);
-                let mut efforts = tangent.drives.iter();
-                let own = efforts.find(|(of, part, _)| (*of, *part) == (*joint, "spring"));
-                let by = own.map(|own| own.2.clone());
-                if moved.is_none() && by.is_none() {
-                    return None;
-                }
-                let spring = spring.clone();
-                Some(Box::new(move |at| {
-                    let (rest, x) = (spring.rest, spring.coordinate.at(at));
-                    let stretch = x - rest;
-                    // V_θ = −∫ τ_θ dx from x_0, of which τ_θ is linear in x
-                    let of = |by: &EffortTangent| {
-                        -0.5 * (by(at.t, rest, 0.0) + by(at.t, x, 0.0)) * stretch
-                    };
-                    let along = moved.as_ref().map_or(0.0, |own| own.by(at.q));
-                    by.as_ref().map_or(0.0, of) + spring.stiffness * stretch * along
-                }))
-            }
-            Self::Spring(k, spring) => {
-                let change = tangent.numbers.springs.get(k)?;
-                let dual = Spring {
-                    between: spring.between.with_tangent(&change.between),
-                    stiffness: Dual64::new(spring.stiffness, change.stiffness),
-                    natural_length: Dual64::new(spring.natural_length, change.natural_length),
-                    law: spring.law,
-                };
-                Some(Box::new(move |at| dual.energy(at.q).eps))
-            }
-            Self::Bushing(_) => {
-                let own = tangent.acting.bushings.iter().find(|own| own.name == force)?;
-                let own = own.spring.clone(); // linear in its numbers
-                Some(Box::new(move |at| DiscretePotential::potential(&own, at)))
-            }
         }
     }
 }

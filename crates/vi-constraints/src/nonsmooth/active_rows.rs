@@ -6,10 +6,10 @@
 //! Few rows are solved exactly; `W_s` is `W`, or where the iteration with that is slow the response
 //! of the step, of those rows that a step drives. More rows, and few ones for which no impulses are
 //! found, are solved by proximal steps with `W = L Lᵀ`, until what violates a law is less than what
-//! the node before leaves. After `LEADS` solutions of the step, or `VAIN` ones in a row that do not
-//! obey the laws, or where they stand still, a compliance about the impulses of then ends the
-//! iteration: rows that contradict one another, as those of a face that turns in the step, would
-//! move impulses without end.
+//! the node before leaves. After `LEADS` solutions of the step, of many rows after `VAIN` ones in a
+//! row that do not obey the laws, or where they stand still, a compliance about the impulses of then
+//! ends the iteration: rows that contradict one another, as those of a face that turns in the step,
+//! would move impulses without end.
 
 use super::ContactFault;
 use super::delassus::Delassus;
@@ -48,12 +48,13 @@ const FIRST: f64 = 10.0;
 const FIRST_OF_MANY: f64 = 1e3;
 const NEARER: f64 = 10.0;
 const LAST: f64 = 1e5;
-/// In so many solutions of a step impulses are looked for from nowhere.
+/// In so many solutions of a step impulses of more rows than a dense matrix has are looked for from
+/// nowhere.
 const AFRESH: usize = 2;
 /// Solutions of a step before there is a compliance, and before the least slip counts with it.
 const LEADS: usize = 12;
 const VAIN: usize = 4; // those in a row that do not obey the laws
-pub(super) const FROZEN: usize = 16;
+pub(super) const FROZEN: usize = 24;
 /// What laws with a compliance may leave, relative to velocities.
 const WIDE: f64 = 1e-2;
 /// A change of velocities that the iteration ends with, relative to velocities: of many rows and
@@ -376,7 +377,7 @@ impl ActiveRows {
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            let afresh = w.len() > MANY && self.passes <= AFRESH;
+            let afresh = active.len() > DENSE && self.passes <= AFRESH;
             let within = rounding.max(least);
             let enough = own.within.max(least);
             let repeated = Repeated { first: own.rho, within, enough, afresh };
@@ -389,7 +390,7 @@ impl ActiveRows {
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
         self.in_vain = if self.is_exact { 0 } else { self.in_vain + 1 };
-        let leads = self.passes < LEADS && self.in_vain < VAIN;
+        let leads = self.passes < LEADS && (self.in_vain < VAIN || active.len() <= DENSE);
         if !leads && !own.is_compliant {
             own.comply(lambda, speeds);
         } else if self.is_exact {

@@ -10,13 +10,12 @@
 //! The laws hold for `y + (Λ − Λ_0)/ρ`, in units in which the largest diagonal of a contact is one.
 //! With `s` given, `φ` is convex and has a derivative: steps to its least value along `δΛ` lead to
 //! the solution from everywhere. That always exists, and is unique. From there Newton's method with
-//! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`. Where
-//! the impulses that are given do not lead on, the interior point method for Coulomb's law finds
-//! ones near it from nowhere, and proximal steps go on from there. The matrix of a step is as sparse
-//! as the contacts between bodies. Sources: R. T. Rockafellar,
-//! SIAM J. Control Optim. 14 (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans.
-//! Robot. 39 (2023) 1301–1320; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011)
-//! 155–175.
+//! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`.
+//! Where the impulses that are given do not lead on, the interior point method for Coulomb's law
+//! finds ones near it from nowhere, and proximal steps go on from there. The matrix of a step is as
+//! sparse as the contacts between bodies. Sources: R. T. Rockafellar, SIAM J. Control Optim. 14
+//! (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans. Robot. 39 (2023) 1301–1320;
+//! V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
 #![allow(non_snake_case)] // W, L, F, B
 
 use super::factored::{Factored, Scaled};

@@ -130,6 +130,9 @@ impl SeparableSystem {
         gauss: &[GaussPoint],
         end: &mut [f64],
     ) {
+        if self.works.is_empty() {
+            return;
+        }
         let mut force = vec![0.0; s.q0.len()];
         for (node, weight) in gauss.iter().zip(constants.gauss_weights.iter()) {
             for (end, own) in end.iter_mut().zip(&self.works) {
