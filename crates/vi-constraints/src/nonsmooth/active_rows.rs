@@ -7,9 +7,9 @@
 //! of the step, of those rows that a step drives. More rows, and few ones for which no impulses are
 //! found, are solved by proximal steps with `W = L Lᵀ`, until what violates a law is less than what
 //! the node before leaves. After `LEADS` solutions of the step, of many rows after `VAIN` ones in a
-//! row that do not obey the laws, or where they stand still, a compliance about the impulses of then
-//! ends the iteration: rows that contradict one another, as those of a face that turns in the step,
-//! would move impulses without end.
+//! row that do not obey the laws, or where they stand still, a compliance about the impulses of
+//! then ends the iteration: rows that contradict one another, as those of a face that turns in the
+//! step, would move impulses without end.
 
 use super::ContactFault;
 use super::delassus::Delassus;
