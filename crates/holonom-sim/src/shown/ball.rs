@@ -6,10 +6,9 @@
 //! y_θ = B_θ·Δω                        where the axes change with a parameter
 //! ```
 
-use super::{no_derivative, number_of};
+use super::{Asked, OfNode};
 use crate::design::ModelTangent;
-use crate::system::System;
-use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use holonom_model::SensorKind;
 use nalgebra::Vector3;
 use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
 use vi_core::Configuration;
@@ -87,13 +86,8 @@ impl NodeQuantity for Turn {
 ///
 /// # Errors
 /// [`ModelError`] of one that has no derivative.
-pub(super) fn of_sensor(
-    model: &Model,
-    system: &System,
-    key: &str,
-    (sensor, part): (&Sensor, Option<&str>),
-    tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
+    let Asked { model, system, of: (sensor, _), tangents, .. } = asked;
     let accelerates = sensor.kind == SensorKind::JointAcceleration;
     if !(accelerates || sensor.kind == SensorKind::JointRate) {
         return Ok(None);
@@ -103,8 +97,8 @@ pub(super) fn of_sensor(
     };
     let joint = &system.mechanism.description().joints[k];
     let Some(first) = joint.kind.rotation_vector() else { return Ok(None) };
-    let freedom = number_of(model, key, (sensor, part))?;
-    let axis = freedom.checked_sub(first).ok_or_else(|| no_derivative(key, sensor))?;
+    let freedom = asked.number()?;
+    let axis = freedom.checked_sub(first).ok_or_else(|| asked.refused())?;
     let along = |own: &ModelTangent| {
         let axes = own.numbers.joints.get(&k).map(|own| own.parent.axes).unwrap_or_default();
         Side { axes, ..joint.parent }.axis(axis)

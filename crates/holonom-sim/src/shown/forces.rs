@@ -9,7 +9,7 @@
 //! ```
 
 use super::configuration::point;
-use super::{no_derivative, number_of};
+use super::{Asked, OfNode, no_derivative, number_of};
 use crate::design::{ModelTangent, mechanism_design, refused};
 use crate::system::System;
 use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
@@ -147,17 +147,10 @@ impl NodeQuantity for JointTurning {
 ///
 /// # Errors
 /// [`ModelError`] of one that has no derivative.
-pub(crate) fn of_sensor(
-    (model, rows): (&Model, &IndependentRows),
-    system: &System,
-    key: &str,
-    of: (&Sensor, Option<&str>),
-    tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+pub(crate) fn of_sensor(asked: Asked<'_>, rows: &IndependentRows) -> OfNode {
+    let Asked { model, system, key, of, tangents } = asked;
     let sensor = of.0;
-    let Some(number) = number(model, system, key, of)? else {
-        return accelerated(model, system, key, of, tangents);
-    };
+    let Some(number) = number(model, system, key, of)? else { return accelerated(asked) };
     let mechanism = &system.mechanism;
     if !is_unique((mechanism, rows), &number) {
         let what = format!(
@@ -175,18 +168,13 @@ pub(crate) fn of_sensor(
 }
 
 /// The number of accelerations that a sensor shows.
-fn accelerated(
-    model: &Model,
-    system: &System,
-    key: &str,
-    (sensor, part): (&Sensor, Option<&str>),
-    tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+fn accelerated(asked: Asked<'_>) -> OfNode {
+    let Asked { model, system, of: (sensor, _), tangents, .. } = asked;
     if sensor.kind == SensorKind::JointAcceleration {
-        let freedom = number_of(model, key, (sensor, part))?;
+        let freedom = asked.number()?;
         let joint = model.joints.iter().position(|own| own.name == sensor.of);
         let own = joint.and_then(|joint| system.mechanism.known_coordinate(joint, freedom));
-        let own = own.ok_or_else(|| no_derivative(key, sensor))?;
+        let own = own.ok_or_else(|| asked.refused())?;
         let moved =
             |tangent: &ModelTangent| MovedCoordinate::of(&system.mechanism, &tangent.numbers, &own);
         let by = tangents.iter().map(moved).collect();
@@ -197,10 +185,10 @@ fn accelerated(
     if !(is_imu || is_turning || sensor.kind == SensorKind::Acceleration) {
         return Ok(None);
     }
-    let (mechanism, part) = (&system.mechanism, number_of(model, key, (sensor, part))?);
+    let (mechanism, part) = (&system.mechanism, asked.number()?);
     let spin = |axis| model.frame(&sensor.of).map(|frame| Input::Spin(FRAME * frame, axis));
     if is_turning {
-        let spin = spin(part).ok_or_else(|| no_derivative(key, sensor))?;
+        let spin = spin(part).ok_or_else(|| asked.refused())?;
         return Ok(Some(Box::new(Turning(spin))));
     }
     let along = match is_imu {

@@ -69,16 +69,13 @@ impl Shown {
         if let Some(own) = acting::of_sensor(model, system, key, of, tangents)? {
             return Ok(Self::Node(own));
         }
-        if let Some(own) = section::of_sensor(model, system, key, of, tangents)? {
-            return Ok(Self::Node(own));
+        let asked = Asked { model, system: &*system, key, of, tangents };
+        for of_sensor in [section::of_sensor, work::of_sensor, ball::of_sensor] {
+            if let Some(own) = of_sensor(asked)? {
+                return Ok(Self::Node(own));
+            }
         }
-        if let Some(own) = work::of_sensor(model, system, key, of, tangents)? {
-            return Ok(Self::Node(own));
-        }
-        if let Some(own) = ball::of_sensor(model, system, key, of, tangents)? {
-            return Ok(Self::Node(own));
-        }
-        if let Some(own) = forces::of_sensor(of_run, system, key, of, tangents)? {
+        if let Some(own) = forces::of_sensor(asked, of_run.1)? {
             return Ok(Self::Node(own));
         }
         if let Some(own) = Measured::orientation(model, system, key, of)? {
@@ -90,6 +87,32 @@ impl Shown {
         Ok(Self::Configuration(sensed, rate))
     }
 }
+
+/// Which number of a sensor is asked for, of what, and by which parameters; `key`: what names the
+/// sensor in the model.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) system: &'a System,
+    pub(crate) key: &'a str,
+    pub(crate) of: (&'a Sensor, Option<&'a str>),
+    pub(crate) tangents: &'a [ModelTangent],
+}
+
+impl Asked<'_> {
+    /// See [`number_of`].
+    fn number(&self) -> Result<usize, ModelError> {
+        number_of(self.model, self.key, self.of)
+    }
+
+    /// See [`no_derivative`].
+    fn refused(&self) -> ModelError {
+        no_derivative(self.key, self.of.0)
+    }
+}
+
+/// What such a sensor shows; `None` of others.
+type OfNode = Result<Option<Box<dyn NodeQuantity>>, ModelError>;
 
 /// What a sensor reads where it is an expression: sensors of the model, and of what names mean.
 pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {

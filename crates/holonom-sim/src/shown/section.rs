@@ -6,11 +6,10 @@
 //! Those in the middle of an element, and between middles; within a helicoidal element the inertia
 //! of the beam enters ([`vi_beam::section_force`]).
 
-use super::number_of;
-use crate::design::{ModelTangent, refused};
+use super::{Asked, OfNode};
+use crate::design::refused;
 use crate::sensor::SectionGauge;
-use crate::system::System;
-use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use holonom_model::SensorKind;
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_beam::design::ElementsTangent;
@@ -61,18 +60,13 @@ impl NodeQuantity for Section {
 ///
 /// # Errors
 /// [`ModelError`] where it names none of its numbers, or within an element.
-pub(super) fn of_sensor(
-    model: &Model,
-    system: &System,
-    key: &str,
-    (sensor, part): (&Sensor, Option<&str>),
-    tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
+    let Asked { system, key, of: (sensor, _), tangents, .. } = asked;
     if !matches!(sensor.kind, SensorKind::SectionForce | SensorKind::Strain) {
         return Ok(None);
     }
     let Some(gauge) = system.sensors.section(&sensor.name).cloned() else { return Ok(None) };
-    let part = number_of(model, key, (sensor, part))?;
+    let part = asked.number()?;
     if gauge.needs_acceleration() {
         let what = format!(
             "the derivative of the sensor `{}` within an element, where the inertia of the beam \

@@ -6,13 +6,11 @@
 //! ```
 //! How `W` changes along a run is known to its steps ([`vi_core::Working`]) and to its design.
 
-use super::{no_derivative, number_of};
-use crate::design::ModelTangent;
+use super::{Asked, OfNode};
 use crate::design::stored::{self, StoredTangent};
 use crate::sensor::columns_of;
-use crate::system::System;
 use crate::system::works::force_of;
-use holonom_model::{Model, ModelError, Sensor, SensorKind};
+use holonom_model::{Model, Sensor, SensorKind};
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
 use vi_core::potential::DiscretePotential;
@@ -77,21 +75,16 @@ fn force(sensor: &Sensor, part: &str) -> String {
 ///
 /// # Errors
 /// [`ModelError`] of one that has no derivative.
-pub(super) fn of_sensor(
-    model: &Model,
-    system: &System,
-    key: &str,
-    (sensor, part): (&Sensor, Option<&str>),
-    tangents: &[ModelTangent],
-) -> Result<Option<Box<dyn NodeQuantity>>, ModelError> {
+pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
+    let Asked { model, system, of: (sensor, _), tangents, .. } = asked;
     if sensor.kind != SensorKind::Work {
         return Ok(None);
     }
-    let part = number_of(model, key, (sensor, part))?;
+    let part = asked.number()?;
     let force = force(sensor, &columns_of(model, sensor)[part].part);
     let (mechanism, dynamics) = (&system.mechanism, &system.dynamics);
     let place = dynamics.works.iter().position(|own| own.force == force);
-    let place = place.ok_or_else(|| no_derivative(key, sensor))?;
+    let place = place.ok_or_else(|| asked.refused())?;
     let stored = dynamics.works[place].stored.as_ref();
     let by = |own| stored::by_parameter(stored?, &force, mechanism, own);
     let by = tangents.iter().map(by).collect();
