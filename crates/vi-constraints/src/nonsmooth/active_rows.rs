@@ -163,11 +163,10 @@ impl ActiveRows {
             }
         }
         self.response.clear();
-        (self.passes, self.failures, self.is_exact) = (0, 0, false);
-        self.in_vain = 0;
-        self.roughly = roughly;
+        (self.passes, self.in_vain, self.failures) = (0, 0, 0);
+        (self.is_exact, self.roughly) = (false, roughly);
+        let first = if self.is_large() { FIRST_OF_MANY } else { FIRST };
         let own = &mut self.proximal;
-        let first = if m > DENSE { FIRST_OF_MANY } else { FIRST };
         (own.rho, own.left, own.is_compliant) = (first, 0.0, false);
     }
 
@@ -208,12 +207,17 @@ impl ActiveRows {
         self.proximal.is_compliant
     }
 
+    /// Whether it has more rows than a dense matrix.
+    fn is_large(&self) -> bool {
+        self.all.len() > DENSE
+    }
+
     /// The change of velocities that the iteration ends with, relative to velocities.
     pub(super) fn least_change(&self) -> f64 {
         match self.proximal.is_compliant {
             true if self.passes > FROZEN => RELAXED,
             true => LARGE,
-            false if self.all.len() > DENSE => LARGE,
+            false if self.is_large() => LARGE,
             false => 4.0 * f64::EPSILON,
         }
     }
@@ -365,6 +369,7 @@ impl ActiveRows {
 
     /// Proximal steps towards the laws, or with a compliance one about the reference.
     fn approach(&mut self, speeds: f64) -> Result<(), ConeFault> {
+        let is_large = self.is_large();
         let Self { cones, w, errors, found, active, lambda, proximal: own, .. } = self;
         let (ends, places, values) = &own.L;
         let L = SparseRows { ends, places, values };
@@ -377,7 +382,7 @@ impl ActiveRows {
             own.given.extend(of.map(|row| *row.1));
             own.solver.step(cones, L, (w, own.rho), (&own.given, found))
         } else {
-            let afresh = active.len() > DENSE && self.passes <= AFRESH;
+            let afresh = is_large && self.passes <= AFRESH;
             let within = rounding.max(least);
             let enough = own.within.max(least);
             let repeated = Repeated { first: own.rho, within, enough, afresh };
@@ -390,7 +395,7 @@ impl ActiveRows {
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
         self.in_vain = if self.is_exact { 0 } else { self.in_vain + 1 };
-        let leads = self.passes < LEADS && (self.in_vain < VAIN || active.len() <= DENSE);
+        let leads = self.passes < LEADS && (self.in_vain < VAIN || !is_large);
         if !leads && !own.is_compliant {
             own.comply(lambda, speeds);
         } else if self.is_exact {
