@@ -35,6 +35,16 @@ pub const LARGEST: f64 = 1e5;
 /// Updates of a pivot in the mean, beyond which a general factorization is as fast.
 const UPDATES: usize = 64;
 
+/// Limits of a factorization by blocks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Most updates of a pivot, in the mean.
+    pub updates: usize,
+    /// The largest entry of `D_g⁻¹ A_gj` after scaling. A matrix whose symmetric part is positive
+    /// definite needs no limit, nor does a method that looks at its residual.
+    pub largest: f64,
+}
+
 type Row = [f64; SIZE];
 /// A block by rows.
 pub type Block = [Row; SIZE];
@@ -65,6 +75,7 @@ pub struct BlockLu {
     blocks: Vec<Block>,
     scales: Vec<Row>, // of each group, powers of two
     x: Vec<Row>,
+    largest: f64, // entry of U
 }
 
 /// A power of two near `|x|^{−1/2}`; 1 where there is none.
@@ -120,15 +131,16 @@ impl BlockLu {
     /// When a group is larger.
     #[must_use]
     pub fn new(sizes: &[usize], places: &[[usize; 2]]) -> Option<Self> {
-        Self::with_fill(sizes, places, UPDATES)
+        Self::with_limits(sizes, places, Limits { updates: UPDATES, largest: LARGEST })
     }
 
-    /// The same with so many updates of a pivot at most, in the mean.
+    /// The same with other limits.
     ///
     /// # Panics
     /// As [`BlockLu::new`].
     #[must_use]
-    pub fn with_fill(sizes: &[usize], places: &[[usize; 2]], most: usize) -> Option<Self> {
+    pub fn with_limits(sizes: &[usize], places: &[[usize; 2]], limits: Limits) -> Option<Self> {
+        let Limits { updates: most, largest } = limits;
         assert!(sizes.iter().all(|size| *size <= SIZE), "blocks have up to {SIZE} rows");
         let mut adjacent = vec![BTreeSet::new(); sizes.len()];
         for &[row, column] in places.iter().filter(|[row, column]| row != column) {
@@ -173,6 +185,7 @@ impl BlockLu {
             blocks: vec![ZERO; known.len()],
             scales: vec![[1.0; SIZE]; sizes.len()],
             x: vec![[0.0; SIZE]; sizes.len()],
+            largest,
         })
     }
 
@@ -193,7 +206,7 @@ impl BlockLu {
         blocks: impl Iterator<Item = ([usize; 2], &'a [f64])>,
     ) -> Result<(), Singular> {
         self.take_scales(diagonal);
-        let Self { sizes, pivots, updates, places, fill, scales, blocks: all, .. } = self;
+        let Self { sizes, pivots, updates, places, fill, scales, blocks: all, largest, .. } = self;
         Arch::new().dispatch(
             #[inline(always)]
             || {
@@ -208,7 +221,8 @@ impl BlockLu {
                     complete(&mut own[0], sizes[pivot.group]);
                     factorize(&mut own[0], &mut pivot.order)?;
                     let targets = &updates[pivot.updates..];
-                    eliminate(own, &pivot.order, targets, later, pivot.blocks.end)?;
+                    let later = (later, pivot.blocks.end);
+                    eliminate(own, &pivot.order, targets, later, *largest)?;
                 }
                 Ok(())
             },
@@ -291,14 +305,14 @@ fn eliminate(
     own: &mut [Block],
     order: &[u8; SIZE],
     targets: &[usize],
-    later: &mut [Block],
-    first: usize,
+    (later, first): (&mut [Block], usize),
+    largest: f64,
 ) -> Result<(), Singular> {
     let (D, pairs) = own.split_at_mut(1);
     let mut is_large = false;
     for pair in pairs.chunks_exact_mut(2) {
         solve_rows(&D[0], order, &mut pair[1]);
-        is_large |= pair[1].iter().flatten().fold(false, |large, u| large | (u.abs() > LARGEST));
+        is_large |= pair[1].iter().flatten().fold(false, |large, u| large | (u.abs() > largest));
     }
     if is_large {
         return Err(Singular);

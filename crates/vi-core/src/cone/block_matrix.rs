@@ -1,19 +1,19 @@
 //! `I + Lᵀ B L` in blocks of the columns of `L` that occur in the same laws, and its factors.
 #![allow(non_snake_case)] // L
 
-use crate::block_lu::{BlockLu, SIZE};
-use crate::linear::{Singular, SparseLu, dot};
-use crate::sparse::{Entries, SparseMatrix};
+use crate::block_lu::{BlockLu, Limits, SIZE};
+use crate::linear::{Singular, dot};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// Most updates of a pivot, in the mean: with more of them memory ends before time does.
-const UPDATES: usize = 1 << 14;
+/// With more updates memory ends before time does.
+const LIMITS: Limits = Limits { updates: 1 << 14, largest: f64::INFINITY };
 
 /// A column of `L` in the rows of a law.
 pub(super) type Column = (usize, [f64; 3]);
 
-/// The matrix and its factors: by blocks, or where their pivots are too small, general ones.
+/// The matrix and its factors by blocks. With symmetric `B ≥ 0` it is positive definite, and every
+/// order of elimination is stable; else the methods that use it look at their residuals.
 #[derive(Debug, Default)]
 pub(super) struct BlockMatrix {
     columns: Vec<Range<usize>>, // of each block of columns
@@ -26,9 +26,6 @@ pub(super) struct BlockMatrix {
     targets: Vec<usize>,        // of the pairs of blocks of each law, in order
     product: Vec<[f64; 3]>,     // scratch: rows of Lᵀ B
     lu: Option<BlockLu>,
-    is_eliminated: bool,
-    whole: Option<SparseMatrix>, // r × r, where it is not eliminated by blocks
-    general: Option<SparseLu>,
 }
 
 impl BlockMatrix {
@@ -82,8 +79,7 @@ impl BlockMatrix {
         for (start, size) in self.starts.iter().zip(&sizes) {
             self.diagonals.extend((0..*size).map(|i| start + i * (size + 1)));
         }
-        self.lu = BlockLu::with_fill(&sizes, &self.places, UPDATES);
-        (self.whole, self.general) = (None, None);
+        self.lu = BlockLu::with_limits(&sizes, &self.places, LIMITS);
     }
 
     /// Factorizes the matrix with the columns and blocks `B` of the laws.
@@ -121,29 +117,7 @@ impl BlockMatrix {
             let size = place.map(|own| columns[own].len());
             (*place, &values[*start..start + size[0] * size[1]])
         });
-        self.is_eliminated =
-            self.lu.as_mut().is_some_and(|lu| lu.factorize(diagonal, blocks).is_ok());
-        if self.is_eliminated { Ok(()) } else { self.factorize_all() }
-    }
-
-    /// Factorizes with pivots among all rows.
-    fn factorize_all(&mut self) -> Result<(), Singular> {
-        let Self { columns, places, values, starts, whole, general, group, .. } = self;
-        let emit = |out: &mut dyn Entries| {
-            for ([a, b], start) in places.iter().zip(&*starts) {
-                let [a, b] = [a, b].map(|own| columns[*own].clone());
-                for i in a.clone() {
-                    let own = &values[start + (i - a.start) * b.len()..];
-                    b.clone().zip(own).for_each(|(j, value)| out.add(i, j, *value));
-                }
-            }
-        };
-        let r = group.len();
-        let matrix = SparseMatrix::update(whole, (r, r), emit);
-        if general.is_none() {
-            *general = SparseLu::new(matrix).ok();
-        }
-        general.as_mut().map_or(Err(Singular), |lu| lu.factorize(matrix))
+        self.lu.as_mut().ok_or(Singular)?.factorize(diagonal, blocks)
     }
 
     /// Solves with the last factorization; `u` is overwritten by the solution.
@@ -151,11 +125,7 @@ impl BlockMatrix {
     /// # Errors
     /// [`Singular`] when it is not finite.
     pub(super) fn solve(&mut self, u: &mut [f64]) -> Result<(), Singular> {
-        match (&mut self.lu, &mut self.general) {
-            (Some(lu), _) if self.is_eliminated => lu.solve(u),
-            (_, Some(lu)) => lu.solve_factorized(u),
-            _ => Err(Singular),
-        }
+        self.lu.as_mut().ok_or(Singular)?.solve(u)
     }
 }
 

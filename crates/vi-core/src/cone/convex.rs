@@ -160,11 +160,17 @@ impl ConvexSolver {
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0 };
         let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
         let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
+        if self.holds((rho, within), &mut report) {
+            return self.hand_over(0.0, lambda, report);
+        }
         if afresh && self.couple((rho, FIRST_STALLED), &mut report).is_some() {
             self.impulse.copy_from_slice(&self.best); // a step leads on at once
         } else if afresh {
             may_centre = false;
             rho = if self.centre(&mut report) { rho.max(CENTRED) } else { CAREFUL };
+            if self.holds((rho, within), &mut report) {
+                return self.hand_over(0.0, lambda, report);
+            }
         }
         loop {
             let last = report.left;
@@ -272,6 +278,22 @@ impl ConvexSolver {
         }
         impulse.copy_from_slice(given);
         left <= NEAR
+    }
+
+    /// Whether no velocity violates a law by more than `within` at the impulses that are given,
+    /// which are the best ones then.
+    fn holds(&mut self, (rho, within): (f64, f64), report: &mut ConvexReport) -> bool {
+        let Self { laws, best, given, nearest, u, y, .. } = self;
+        laws.velocity(given, u, y);
+        laws.take_speeds(y);
+        laws.project(given, (y, rho), nearest);
+        let left = laws.left((nearest, given), (y, rho));
+        let holds = left <= within;
+        if holds {
+            report.left = left;
+            best.copy_from_slice(given);
+        }
+        holds
     }
 
     /// What the best impulses leave.
