@@ -40,6 +40,8 @@ pub(super) const DENSE: usize = 300;
 const LEFT: f64 = 4e-10;
 /// What may be left to see where a step leads, likewise.
 const ROUGH: f64 = 1e-2;
+/// What may be left of large problems that change yet, relative to their last change.
+const FORCING: f64 = 1e-3;
 /// A change of velocities with which an exact solution is near, likewise.
 const NEAR: f64 = 1e-6;
 /// `ρ` of the first proximal step, and of that of more rows than a dense matrix has; by how much it
@@ -99,6 +101,7 @@ struct ProximalRows {
     rho: f64,
     left: f64,   // by what velocities violate the laws, m/s
     within: f64, // what they may
+    change: f64, // of a velocity by the last solution, m/s
     is_compliant: bool,
     reference: Vec<f64>, // m  impulses that a compliance is about
     given: Vec<f64>,     // those of the rows to be found; what proximal steps found
@@ -374,7 +377,12 @@ impl ActiveRows {
         let (ends, places, values) = &own.L;
         let L = SparseRows { ends, places, values };
         let rounding = norm_inf(errors);
-        let least = if self.roughly { ROUGH * speeds } else { 0.0 };
+        let least = match (self.roughly, is_large) {
+            (true, _) => ROUGH * speeds,
+            (false, true) if self.passes == 1 => FORCING * ROUGH * speeds,
+            (false, true) => FORCING * own.change,
+            (false, false) => 0.0,
+        };
         own.within = rounding.max(LEFT * speeds);
         let solved = if own.is_compliant {
             let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
@@ -394,12 +402,16 @@ impl ActiveRows {
             Err(fault) => return Err(fault),
         };
         self.is_exact = own.left <= if own.is_compliant { WIDE * speeds } else { own.within };
-        self.in_vain = if self.is_exact { 0 } else { self.in_vain + 1 };
+        let suffices = own.left <= own.within.max(least);
+        self.in_vain = if suffices { 0 } else { self.in_vain + 1 };
         let leads = self.passes < LEADS && (self.in_vain < VAIN || !is_large);
         if !leads && !own.is_compliant {
             own.comply(lambda, speeds);
-        } else if self.is_exact {
+        } else if self.is_exact || suffices {
             own.rho = (own.rho * NEARER).min(LAST);
+        }
+        if is_large {
+            self.proximal.change = self.change();
         }
         Ok(())
     }

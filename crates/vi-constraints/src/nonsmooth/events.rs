@@ -296,14 +296,14 @@ impl Nonsmooth {
         (step, whole, events): (SubStep, f64, u64),
         state: &State,
     ) -> Result<f64, StepError> {
-        self.close(state);
+        let fixed = self.options.method == Method::Stepping
+            || events >= u64::from(self.options.max_events)
+            || step.h <= REST * whole;
+        self.close(state, fixed);
         self.node.begin_node(whole);
         self.node.open(&self.elements, run, (state, step.h), &self.set)?;
         let mut sub_step = step;
         let mut counts = state.contacts.counts;
-        let fixed = self.options.method == Method::Stepping
-            || events >= u64::from(self.options.max_events)
-            || step.h <= REST * whole;
         if fixed {
             self.solve_fixed(run, sub_step, state)?;
             counts.exhausted += u64::from(events > 0);
@@ -320,8 +320,9 @@ impl Nonsmooth {
         Ok(sub_step.t_end)
     }
 
-    /// `set`: the contacts that are closed at the node of a state, and dry friction.
-    fn close(&mut self, state: &State) {
+    /// `set`: the contacts that are closed at the node of a state, and dry friction; of many ones
+    /// for a step of `fixed` length also those that it may close.
+    fn close(&mut self, state: &State, fixed: bool) {
         if !self.is_current {
             self.list_near(state, None);
         }
@@ -329,8 +330,8 @@ impl Nonsmooth {
         let Self { set, near, start, kinds, .. } = self;
         std::mem::swap(start, near);
         set.clear();
-        let closed =
-            start.iter().filter(|(id, gap)| *gap <= CLOSED || !kinds[id.element as usize].1);
+        let most = if fixed && start.len() > MANY { NEAR } else { CLOSED };
+        let closed = start.iter().filter(|(id, gap)| *gap <= most || !kinds[id.element as usize].1);
         set.extend(closed.map(|(id, _)| *id));
     }
 

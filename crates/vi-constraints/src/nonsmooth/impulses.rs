@@ -429,7 +429,7 @@ impl NodeImpulses {
         (step, state): (SubStep, &State),
     ) -> Result<(), StepError> {
         self.begin_laws(false);
-        let (mut last, mut responds) = (f64::INFINITY, false);
+        let (mut last, mut was_exact, mut responds) = (f64::INFINITY, false, false);
         let (mut passes, mut stands, mut settled) = (0, false, false);
         for pass in 0..ITERATIONS {
             if !settled && (stands || pass == UNSETTLED) {
@@ -443,7 +443,7 @@ impl NodeImpulses {
             let speeds = self.speeds();
             let (change, rounding, _) = self.largest_change(step.h);
             let may_stagnate = (STAGNATION * speeds).max(STAGNATION_ROUNDING * rounding);
-            let stagnates = last <= may_stagnate && change >= last;
+            let stagnates = was_exact && last <= may_stagnate && change >= last;
             if is_exact && (change <= rounding || stagnates) {
                 self.change = change;
                 return Ok(());
@@ -462,7 +462,7 @@ impl NodeImpulses {
                 responds = true;
                 self.respond(run, (step, state))?;
             }
-            last = if complies { f64::INFINITY } else { change };
+            (last, was_exact) = (if complies { f64::INFINITY } else { change }, is_exact);
             std::mem::swap(&mut self.lambda, &mut self.next);
         }
         let worst = self.largest_change(step.h).2;

@@ -167,10 +167,14 @@ impl ConvexSolver {
             self.impulse.copy_from_slice(&self.best); // a step leads on at once
         } else if afresh {
             may_centre = false;
-            rho = if self.centre(&mut report) { rho.max(CENTRED) } else { CAREFUL };
+            let is_near = self.centre(&mut report) <= NEAR;
             if self.holds((rho, within), &mut report) {
                 return self.hand_over(0.0, lambda, report);
             }
+            if !is_near {
+                self.give(lambda);
+            }
+            rho = if is_near { rho.max(CENTRED) } else { CAREFUL };
         }
         loop {
             let last = report.left;
@@ -188,7 +192,7 @@ impl ConvexSolver {
             }
             let ends = report.left <= within || !leads && least <= enough;
             if ends || idle == IDLE || report.rounds == ROUNDS {
-                if !ends && may_centre && self.centre(&mut report) {
+                if !ends && may_centre && self.centre(&mut report) <= NEAR {
                     (rho, idle, may_centre, is_coupled) = (CENTRED, 0, false, true);
                     (report.left, report.rounds) = (f64::INFINITY, 0);
                     continue;
@@ -264,20 +268,24 @@ impl ConvexSolver {
         }
     }
 
-    /// Begins at impulses that obey the laws nearly, where the interior point method finds some,
-    /// else at those that are given; whether it does.
-    fn centre(&mut self, report: &mut ConvexReport) -> bool {
+    /// `given`: impulses by the interior point method, and what that leaves.
+    fn centre(&mut self, report: &mut ConvexReport) -> f64 {
         let Self { laws, method, T, inverses, blocks, F, u, impulse, given, .. } = self;
         laws.scale(method, T);
         let (steps, left) =
             method.solve(&mut Scaled { laws, T, inverses, blocks, F, u }, (NEARLY, PATIENCE));
         report.steps += steps;
-        if left <= NEAR {
-            let of = method.x.iter().zip(&*T);
-            given.iter_mut().zip(of).for_each(|(own, (x, t))| *own = t * x * method.size);
-        }
+        let of = method.x.iter().zip(&*T);
+        given.iter_mut().zip(of).for_each(|(own, (x, t))| *own = t * x * method.size);
         impulse.copy_from_slice(given);
-        left <= NEAR
+        left
+    }
+
+    /// `given`, and where to begin: these impulses.
+    fn give(&mut self, lambda: &[f64]) {
+        self.given.clear();
+        self.given.extend(lambda.iter().zip(&self.laws.units).map(|(own, unit)| own / unit));
+        self.impulse.clone_from(&self.given);
     }
 
     /// Whether no velocity violates a law by more than `within` at the impulses that are given,
