@@ -31,5 +31,6 @@ mod pair_data;
 mod quantity_efforts;
 mod random_trees;
 mod redundant_contacts;
+mod settling;
 mod shape_contacts;
 mod tree_step;

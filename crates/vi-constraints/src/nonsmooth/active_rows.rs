@@ -50,6 +50,8 @@ const FIRST: f64 = 10.0;
 const FIRST_OF_MANY: f64 = 1e3;
 const NEARER: f64 = 10.0;
 const LAST: f64 = 1e5;
+/// By how much it shrinks where Coulomb's law has no solution that is found with a compliance.
+const SOFTER: f64 = 0.3;
 /// In so many solutions of a step impulses of more rows than a dense matrix has are looked for from
 /// nowhere.
 const AFRESH: usize = 2;
@@ -388,7 +390,13 @@ impl ActiveRows {
             let of = active.iter().zip(&own.reference).filter(|row| *row.0 != KNOWN);
             own.given.clear();
             own.given.extend(of.map(|row| *row.1));
-            own.solver.step(cones, L, (w, own.rho), (&own.given, found))
+            loop {
+                let solved = own.solver.step(cones, L, (w, own.rho), (&own.given, found));
+                match solved {
+                    Ok(report) if !report.follows && own.rho > FIRST => own.rho *= SOFTER,
+                    _ => break solved,
+                }
+            }
         } else {
             let afresh = is_large && self.passes <= AFRESH;
             let within = rounding.max(least);

@@ -88,6 +88,8 @@ pub struct ConvexReport {
     pub rounds: usize,
     /// Steps of Newton's method.
     pub steps: usize,
+    /// Whether the speeds of slip are those of the velocities, in the last proximal step.
+    pub follows: bool,
 }
 
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated but
@@ -136,8 +138,9 @@ impl ConvexSolver {
         (given, lambda): (&[f64], &mut [f64]),
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, rho), given, lambda)?;
-        let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0 };
-        let (residual, _) = self.round((rho, true), &mut report);
+        let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0, follows: false };
+        let (residual, follows) = self.round((rho, true), &mut report);
+        report.follows = follows;
         self.hand_over(residual, lambda, report)
     }
 
@@ -157,7 +160,7 @@ impl ConvexSolver {
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, first + within), lambda, lambda)?;
-        let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0 };
+        let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0, follows: true };
         let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
         let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
         if self.holds((rho, within), &mut report) {
@@ -180,7 +183,7 @@ impl ConvexSolver {
             let last = report.left;
             let residual;
             (residual, is_coupled) = self.round((rho, is_coupled), &mut report);
-            report.rounds += 1;
+            (report.rounds, report.follows) = (report.rounds + 1, is_coupled);
             if report.left < least {
                 least = report.left;
                 self.kept.copy_from_slice(&self.best);
