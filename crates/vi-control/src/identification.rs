@@ -348,14 +348,17 @@ impl Found<'_> {
         let Self { at, v, .. } = *self;
         slope.fill(0.0);
         y.add_slope(at, 1.0, slope);
+        let mut bend = vec![0.0; v.len()]; // D²y v
+        if of_rate != 0.0 {
+            y.add_bend(at, v, 1.0, &mut bend);
+        }
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let value = direction.parameter.map_or(0.0, |k| y.by_parameter(k, at));
             let mut sum = of_value * (dot(slope, &own.q) + value);
             if of_rate != 0.0 {
-                let bend = y.second(at, v, &own.q);
                 let moved = |k: usize| y.rate_by_parameter(k, at, v);
                 let rate = direction.parameter.map_or(0.0, moved);
-                sum += of_rate * (bend + dot(slope, &self.changes[j]) + rate);
+                sum += of_rate * (dot(&bend, &own.q) + dot(slope, &self.changes[j]) + rate);
             }
             change(j, sum);
         }

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! y(t, q, v̂, λ, a)        ∂y/∂q, ∂y/∂v̂, ∂y/∂λ, ∂y/∂a, y_θ
+//! y(t, q, v̂)              D²y [`Curved`]
 //! ```
 
 use crate::objective::{Quantity, Seen};
@@ -103,8 +104,27 @@ pub trait NodeQuantity: Send + Sync {
     fn reads_time(&self) -> bool {
         false
     }
+    /// `∂y/∂q` and `∂y/∂v̂` of a number of configuration and velocity.
+    fn slopes_at(&self, node: Node<'_>) -> [Vec<f64>; 2] {
+        let [mut q, mut v] = [(); 2].map(|()| vec![0.0; node.at.q.len()]);
+        let [lambda, a, z] = [(); 3].map(|()| &mut [][..]);
+        self.add_slopes(node, 1.0, Slopes { q: &mut q, v: &mut v, lambda, a, z });
+        [q, v]
+    }
+    /// Its second derivatives, which optimal control needs; `None`, unless said otherwise, where
+    /// they are not known.
+    fn curved(&self) -> Option<&dyn Curved> {
+        None
+    }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+}
+
+/// A number of configuration and velocity with second derivatives.
+pub trait Curved {
+    /// `q ← q + scale ∂²y/∂q∂(q, v̂) (δq, δv̂)`, `v ← v + scale ∂²y/∂v̂∂(q, v̂) (δq, δv̂)`, all of
+    /// shape `n`; what the node has beside `q` and `v̂` is held.
+    fn add_bend(&self, node: Node<'_>, changes: [&[f64]; 2], scale: f64, out: [&mut [f64]; 2]);
 }
 
 impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
@@ -126,6 +146,9 @@ impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
     fn reads_time(&self) -> bool {
         (**self).reads_time()
     }
+    fn curved(&self) -> Option<&dyn Curved> {
+        (**self).curved()
+    }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         (**self).follow(node, seen);
     }
@@ -146,18 +169,30 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
         self.0.add_slope(at, scale, out.v);
-        let mut along = vec![0.0; v.len()];
-        for (i, sum) in out.q.iter_mut().enumerate() {
-            along[i] = 1.0;
-            *sum += scale * self.0.second(at, v, &along); // D²y[v, e_i]
-            along[i] = 0.0;
-        }
+        self.0.add_bend(at, v, scale, out.q);
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
         self.0.rate_by_parameter(parameter, at, v)
     }
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.0.follow(node, seen);
+    }
+}
+
+impl<Q: Quantity> Curved for RateOf<Q> {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        [dq, dv]: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        self.0.add_third(at, [v, dq], scale, q);
+        self.0.add_bend(at, dv, scale, q);
+        self.0.add_bend(at, dq, scale, of_v);
     }
 }
 
@@ -177,5 +212,20 @@ impl NodeQuantity for Input {
     }
     fn reads_time(&self) -> bool {
         matches!(self, Self::Time)
+    }
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
+}
+
+impl Curved for Input {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        self.add_bends_at_node([at.q, v], changes, scale, [q, of_v]);
     }
 }

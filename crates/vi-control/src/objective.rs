@@ -9,6 +9,7 @@
 
 use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
+use vi_core::sparse::Product;
 use vi_core::{Configuration, State};
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -194,8 +195,10 @@ pub trait Quantity: Send + Sync {
     fn value(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale` times its derivative by `q`, shape `n`.
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
-    /// `D²y[v, w]`.
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64;
+    /// `out ← out + scale D²y v`, shape `n`.
+    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]);
+    /// `out ← out + scale D³y[v, w]`, shape `n`.
+    fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]);
     /// `y_θ` of a parameter on which it depends beside `q`.
     fn by_parameter(&self, _parameter: usize, _at: Configuration<'_>) -> f64 {
         0.0
@@ -219,8 +222,11 @@ impl Quantity for JointCoordinate {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.add_gradient(at.q, scale, out);
     }
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        JointCoordinate::second(self, at.q, v, w)
+    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+        JointCoordinate::add_bend(self, at.q, v, scale, out);
+    }
+    fn add_third(&self, at: Configuration<'_>, [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        self.emit_third(at.q, v, scale, &mut Product { v: w, out });
     }
 }
 
@@ -241,9 +247,8 @@ impl Quantity for PointComponent {
         let along = nalgebra::Vector3::ith(self.axis, scale);
         self.point.add_transposed(&along, out);
     }
-    fn second(&self, _at: Configuration<'_>, _v: &[f64], _w: &[f64]) -> f64 {
-        0.0
-    }
+    fn add_bend(&self, _at: Configuration<'_>, _v: &[f64], _scale: f64, _out: &mut [f64]) {}
+    fn add_third(&self, _: Configuration<'_>, _: [&[f64]; 2], _: f64, _: &mut [f64]) {}
 }
 
 /// A product of linear forms: a component of a point along an axis of a frame.
@@ -254,9 +259,10 @@ impl Quantity for Row {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.for_each_slope(at.q, |i, slope| out[i] += scale * slope);
     }
-    fn second(&self, _at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        Row::second(self, v, w)
+    fn add_bend(&self, _at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+        self.for_each_bend(v, |i, bend| out[i] += scale * bend);
     }
+    fn add_third(&self, _: Configuration<'_>, _: [&[f64]; 2], _: f64, _: &mut [f64]) {}
 }
 
 /// `½ Σ h |w|²` of some controls.

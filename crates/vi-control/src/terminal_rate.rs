@@ -12,12 +12,13 @@
 use crate::node::{Node, Slopes};
 pub use crate::node::{NodeQuantity, RateOf};
 use crate::objective::{Known, Seen, StepTerm, Term};
+use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
 use vi_constraints::linearization::Costate;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
-use vi_core::linear::Singular;
+use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
 use vi_multibody::design::acceleration::NodeAcceleration;
@@ -168,6 +169,38 @@ impl NodeReader {
     #[must_use]
     pub fn value(&self, y: &dyn NodeQuantity, state: &State, known: Known<'_>) -> f64 {
         self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
+    }
+
+    /// The derivatives of a number of a node that follows from its state, by `q` and by `p̄`, and
+    /// its second derivatives along `changes` of both [2.54]; `None` where the node is not
+    /// determined, or the number has none.
+    pub(crate) fn second(
+        &self,
+        y: &dyn NodeQuantity,
+        state: &State,
+        changes: &[[Vec<f64>; 2]],
+    ) -> Option<([Vec<f64>; 2], DMatrix<f64>)> {
+        let Self { mechanism, mass, n, .. } = self;
+        let at = state.configuration();
+        let own = self.velocity.as_ref()?;
+        let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+        let v = own.find(mechanism, mass, state).ok()?.to_vec();
+        let (node, curved) = (Node::moving(at, &v), y.curved()?);
+        let ([mut q, of_v], mut p) = (y.slopes_at(node), vec![0.0; *n]);
+        own.pull(mechanism, at, &of_v, [&mut q, &mut p]).ok()?;
+        let mut all = Vec::with_capacity(changes.len());
+        for [dq, dp] in changes {
+            let change = own.change_with_second(mechanism, at, [dq, dp]).ok()?;
+            let mut bend = [(); 2].map(|()| vec![0.0; *n]);
+            let [of_q, of_v] = &mut bend;
+            curved.add_bend(node, [dq, change.v()], 1.0, [of_q, of_v]);
+            all.push((change, bend));
+        }
+        let second = |i: usize, j: usize| {
+            let ((one, [of_q, of_v]), (other, _)) = (&all[i], &all[j]);
+            dot(of_q, &changes[j][0]) + dot(of_v, other.v()) + one.second(other)
+        };
+        Some(([q, p], DMatrix::from_fn(all.len(), all.len(), second)))
     }
 
     /// Adds the derivatives of a number by the state and by what is known, and those by parameters

@@ -1,23 +1,32 @@
 //! Jacobians and Hessians of transcriptions against central differences.
 
 use crate::control_case::{Case, with_springs};
-use nalgebra::DMatrix;
-use vi_constraints::Method;
+use nalgebra::{DMatrix, Matrix3};
+use std::sync::Arc;
+use vi_constraints::{InitialValues, Method};
 use vi_control::Transcription;
 use vi_control::node::RateOf;
 use vi_control::objective::PointComponent;
 use vi_control::program::Program;
 use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, FinalTime, Quantity, Rest, When,
+    Acts, Condition, Control, Cost, CostKind, FinalTime, Problem, Quantity, Rest, When,
 };
-use vi_core::Composition;
 use vi_core::force::{DiscreteForce, MidpointForce};
 use vi_core::galerkin::Stages;
+use vi_core::{Composition, Quadrature};
+use vi_multibody::builder::{Inertia, MechanismBuilder};
+use vi_multibody::bushing::{LinearSix, SixForce};
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::law::Input;
+use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointForce, JointLaw};
+use vi_multibody::law::{Input, Reading};
+use vi_multibody::pair::screw::Pitch;
+use vi_multibody::six_coordinates::{AttachedFrame, Matrix6, Rotation, SixCoordinates, Vector6};
 use vi_multibody::spring::Damper;
+use vi_multibody::tension::Tension;
+use vi_multibody::wrench_law::{ActsOn, INPUTS, WrenchForce, WrenchLaw, WrenchSlopes};
+use vi_multibody::{FrameId, PairKind};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
@@ -244,6 +253,118 @@ fn beside_dampers_and_turning_torques() {
     }
 }
 
+/// `τ = 0.3 + θ² − 0.7 θ θ̇ + 0.4 θ̇²`.
+#[derive(Debug)]
+struct Curved;
+
+impl JointLaw for Curved {
+    fn effort(&self, _t: f64, x: f64, v: f64) -> f64 {
+        0.3 + x * x - 0.7 * x * v + 0.4 * v * v
+    }
+    fn slopes(&self, _t: f64, x: f64, v: f64) -> EffortSlopes {
+        EffortSlopes { by_coordinate: 2.0 * x - 0.7 * v, by_rate: -0.7 * x + 0.8 * v }
+    }
+    fn bends(&self, _t: f64, _x: f64, _v: f64) -> EffortBends {
+        EffortBends { by_coordinate: 2.0, mixed: -0.7, by_rate: 0.8 }
+    }
+    fn by_time(&self, _t: f64, _x: f64, _v: f64) -> Option<f64> {
+        Some(0.0)
+    }
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+/// `(f, τ)_k = Σ c_ki y_i y_{i+k}`.
+struct Quadratic;
+
+impl Quadratic {
+    fn terms() -> impl Iterator<Item = (usize, usize, usize, f64)> {
+        let all = (0..6).flat_map(|k| (0..INPUTS).map(move |i| (k, i)));
+        all.map(|(k, i)| (k, i, (i + k) % INPUTS, 0.03 + 0.01 * (k * i % 7) as f64))
+    }
+}
+
+impl WrenchLaw for Quadratic {
+    fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
+        let mut efforts = [0.0; 6];
+        Self::terms().for_each(|(k, i, j, c)| efforts[k] += c * y[i] * y[j]);
+        efforts
+    }
+    fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6] {
+        slopes.fill(0.0);
+        for (k, i, j, c) in Self::terms() {
+            slopes[(k, i)] += c * y[j];
+            slopes[(k, j)] += c * y[i];
+        }
+        self.evaluate(y)
+    }
+    fn bend(&self, _y: &[f64; INPUTS], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+        for (k, i, j, c) in Self::terms() {
+            slopes[i] += w[k] * c * along[j];
+            slopes[j] += w[k] * c * along[i];
+        }
+    }
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+}
+
+/// Laws that are curved: along a joint, also with a free time, between points, of the motion of a
+/// body, of the coordinates between two frames; with numbers of velocities that they change.
+#[test]
+fn beside_laws() {
+    let vector = nalgebra::Vector3::new;
+    for name in ["oc03_two_link_effort", "oc07_four_bar_to_rest"] {
+        for (method, law) in METHODS.iter().flat_map(|own| (0..4).map(move |k| (own(), k))) {
+            let mut case = Case::read(name);
+            let end = Form::constant(vector(0.3, 0.1, 0.9));
+            let between = Form::point(0, &vector(0.1, 0.0, 0.05)).minus(&end);
+            let force: Box<dyn DiscreteForce> = match law {
+                0 => {
+                    let coordinate = case.mechanism.coordinate(1, 0).unwrap();
+                    Box::new(JointForce { coordinate, law: Curved })
+                }
+                1 => Box::new(MidpointForce(Tension { between, law: Arc::new(Curved) })),
+                2 => {
+                    let point = vector(0.1, 0.2, -0.1);
+                    let on = ActsOn::Frame { offset: 12, point, axes: Some(Matrix3::identity()) };
+                    Box::new(WrenchForce { on, law: Arc::new(Quadratic) })
+                }
+                _ => {
+                    let axes = Matrix3::identity();
+                    let [from, to] =
+                        [0, 12].map(|k| AttachedFrame::in_body(k, &vector(0.1, 0.2, 0.0), &axes));
+                    let coordinates = SixCoordinates::new(from, to, Rotation::Vector);
+                    let entry = |i: usize, j: usize| 0.1 * ((7 * i + 5 * j) % 11) as f64 - 0.4;
+                    let six = LinearSix {
+                        preload: Vector6::repeat(0.3),
+                        stiffness: Matrix6::from_fn(entry),
+                        damping: Matrix6::zeros(),
+                    };
+                    let inputs = (0..12).map(Input::Six).collect();
+                    let reading = Reading::new(Arc::new(six), inputs, Vec::new());
+                    Box::new(SixForce::new(coordinates, reading))
+                }
+            };
+            let (mut problem, guess) = case.problem(2);
+            problem.method = method;
+            if law == 0 {
+                problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
+            }
+            let point = Form::point(12, &vector(0.3, 0.1, -0.2));
+            let quantity = Quantity::of_node(RateOf(PointComponent { point, axis: 0 }));
+            let kind = CostKind::Deviation { quantity, target: 0.2, when: When::Path };
+            problem.costs.push(Cost { weight: 0.7, kind });
+            let system = Arc::new(case.system().force(force));
+            let (mechanism, at) = (&case.mechanism, case.initial());
+            let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
+            check(&format!("{name}, law {law} by {method:?}"), program, EXACT);
+        }
+    }
+}
+
 /// Numbers of nodes with their velocities as conditions and costs, beside efforts and wrenches, one
 /// fixed in space and one in its body: rates of points and joints and angular velocities, of trees,
 /// closed loops and free bodies, also with a free time.
@@ -255,10 +376,11 @@ fn of_numbers_with_velocities() {
             (false, Method::default()),
             (true, Method::default()),
             (true, SUZUKI),
-            (true, galerkin(2)),
+            (true, galerkin(1)),
+            (true, galerkin(3)),
         ] {
             let case = Case::read(name);
-            let (mut problem, _) = case.problem(4);
+            let (mut problem, _) = case.problem(3);
             problem.method = method;
             if free {
                 problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
@@ -277,10 +399,19 @@ fn of_numbers_with_velocities() {
             let joint = case.mechanism.description().joints.last().unwrap();
             let point = Form::point(0, &vector(0.3, 0.1, -0.2));
             let coordinate = JointCoordinate::principal(joint, 0).unwrap();
+            let between = point.minus(&Form::constant(vector(0.2, 0.5, 1.0)));
+            let along = Form::vector(0, &vector(0.3, -0.8, 0.5));
+            let last = 12 * (case.mechanism.description().bodies.len() - 1);
             let numbers = [
-                Quantity::of_node(RateOf(PointComponent { point, axis: 0 })),
+                Quantity::of_node(RateOf(PointComponent { point: point.clone(), axis: 0 })),
                 Quantity::of_node(RateOf(coordinate.clone())),
+                Quantity::of_node(RateOf(Row::product(point, along.clone(), 0.0))),
                 Quantity::of_node(Input::Spin(0, 1)),
+                Quantity::of_node(Input::Coordinate(coordinate.clone())),
+                Quantity::of_node(Input::Rate(coordinate)),
+                Quantity::of_node(Input::Length(between.clone())),
+                Quantity::of_node(Input::LengthRate(between)),
+                Quantity::of_node(Input::RelativeSpin { of: last, base: 0, along }),
             ];
             for (k, quantity) in numbers.into_iter().enumerate() {
                 for (when, target) in [(When::End, 0.3), (When::Path, -0.2), (When::Node(1), 0.1)] {
@@ -291,11 +422,11 @@ fn of_numbers_with_velocities() {
                 let (name, bounds) = (format!("rate {k}"), [-1.0, 1.0]);
                 problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
             }
-            let guess = Guess::line(4, &vec![0.2; case.mechanism.tree().dof()]);
+            let guess = Guess::line(3, &vec![0.2; case.mechanism.tree().dof()]);
             let system = std::sync::Arc::new(case.system());
             let (mechanism, at) = (&case.mechanism, case.initial());
             let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
-            check(name, program, 1e-5);
+            check(&format!("{name} by {method:?}"), program, EXACT);
         }
     }
 }
@@ -344,5 +475,61 @@ fn beside_wrenches() {
             let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
             check(name, program, EXACT);
         }
+    }
+}
+
+/// A nut on a thread that carries an arm: rows whose third derivatives do not vanish. They change no
+/// velocity of what turns about one axis alone, so that the thread is not along the last joint.
+#[test]
+fn of_numbers_on_threads() {
+    let vector = nalgebra::Vector3::new;
+    let mut builder = MechanismBuilder::new().gravity(vector(0.0, 0.0, -9.81));
+    let solid = |m: f64| Inertia::principal(m, [0.2, 0.3, 0.4]);
+    let arm = builder.body("arm", solid(1.3)).at([0.4, 0.1, 0.0]).id();
+    let nut = builder.body("nut", solid(0.7)).at([0.8, 0.1, 0.2]).id();
+    builder
+        .joint("hinge", PairKind::Revolute, FrameId::Ground, arm)
+        .at([0.0; 3])
+        .axis([0.0, 1.0, 0.3]);
+    let thread = PairKind::Screw(Pitch::new(0.3));
+    builder.joint("thread", thread, arm, nut).at([0.7, 0.1, 0.1]).axis([0.2, 0.3, 1.0]);
+    let built = builder.build().unwrap();
+    let (mechanism, q) = (&built.mechanism, built.mechanism.initial_configuration());
+    for method in METHODS.map(|own| own()) {
+        let along = |joint: usize| {
+            let joint = &mechanism.description().joints[joint];
+            Acts::Along(mechanism.tree().unknown_of(joint, 0).unwrap())
+        };
+        let control = |k: usize| Control {
+            name: format!("control {k}"),
+            acts: along(k),
+            bounds: [f64::NEG_INFINITY, f64::INFINITY],
+            hold: 1,
+        };
+        let point = Form::point(12, &vector(0.3, 0.1, -0.2));
+        let numbers = [
+            Quantity::of_node(RateOf(PointComponent { point, axis: 2 })),
+            Quantity::of_node(Input::Spin(12, 0)),
+        ];
+        let deviation = |quantity: Quantity| Cost {
+            weight: 0.8,
+            kind: CostKind::Deviation { quantity, target: 0.3, when: When::Path },
+        };
+        let problem = Problem {
+            steps: 2,
+            time: FinalTime::Free { min: 0.1, max: 2.0, guess: 0.4 },
+            method,
+            controls: vec![control(0), control(1)],
+            costs: numbers.into_iter().map(deviation).collect(),
+            conditions: Vec::new(),
+            rest: Rest::Free,
+            max_increment: 1.0,
+        };
+        let system = Arc::new(built.system(Quadrature::Midpoint));
+        let v = vec![0.0; q.len()];
+        let at = InitialValues::new(0.0, &q, &v);
+        let guess = Guess::line(2, &vec![0.2; mechanism.tree().dof()]);
+        let program = Transcription::new(mechanism, system, at, problem, &guess).unwrap();
+        check(&format!("thread by {method:?}"), program, EXACT);
     }
 }

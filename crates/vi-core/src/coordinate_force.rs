@@ -43,6 +43,40 @@ impl EffortSlopes {
     }
 }
 
+/// Second derivatives of an effort.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EffortBends {
+    /// `∂²τ/∂θ²`.
+    pub by_coordinate: f64,
+    /// `∂²τ/∂θ∂θ̇`.
+    pub mixed: f64,
+    /// `∂²τ/∂θ̇²`.
+    pub by_rate: f64,
+}
+
+impl EffortBends {
+    /// `out ←` how `w (∂τ/∂θ, ∂τ/∂θ̇)` change where `(θ, θ̇)` changes by `by`.
+    pub fn along(self, by: &[f64], w: f64, out: &mut [f64]) {
+        out[0] = w * (self.by_coordinate * by[0] + self.mixed * by[1]);
+        out[1] = w * (self.mixed * by[0] + self.by_rate * by[1]);
+    }
+
+    /// `∂²/∂θ_i∂θ_j` of `(h/2) τ` by the coordinates at nodes of a step:
+    /// `(h/2) [τ_θθ/4 + (s_i + s_j) τ_θθ̇/(2h) + s_i s_j τ_θ̇θ̇/h²]`, `s = ±1`.
+    #[must_use]
+    pub fn by_nodes(self, h: f64, nodes: [Slot; 2]) -> f64 {
+        let [a, b] = nodes.map(|node| node.sign() / h);
+        0.5 * h * (0.25 * self.by_coordinate + 0.5 * (a + b) * self.mixed + a * b * self.by_rate)
+    }
+
+    /// `∂²/∂h∂θ_i` of `(h/2) τ(θ̄, Δθ/h)` less `τ_θ/4`, at the rate `Δθ/h`:
+    /// `−½ θ̇ (τ_θθ̇/2 + s_i τ_θ̇θ̇/h)`.
+    #[must_use]
+    pub fn by_step_and_node(self, h: f64, rate: f64, node: Slot) -> f64 {
+        -0.5 * rate * (0.5 * self.mixed + node.sign() * self.by_rate / h)
+    }
+}
+
 /// What acts along an unknown.
 #[derive(Clone, Copy)]
 pub struct AlongUnknown<'a> {
@@ -67,6 +101,8 @@ pub trait CoordinateForce {
     fn effort(&self, t: f64, coordinate: f64, rate: f64) -> f64;
     /// `(∂τ/∂θ, ∂τ/∂θ̇)`.
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes;
+    /// The second derivatives of `τ` by `θ` and `θ̇`.
+    fn bends(&self, t: f64, coordinate: f64, rate: f64) -> EffortBends;
     /// Whether `τ` is an affine function of `θ` and `θ̇`.
     fn is_affine(&self) -> bool;
     /// Whether `τ` is no function of `θ` and `θ̇`: it has no slopes.

@@ -6,7 +6,7 @@
 //! A formula of the elements that is evaluated with a [`Dual64`] gives its value and its derivative
 //! by one parameter, exactly; with `f64` it is the formula of the step.
 
-use num_dual::{Dual64, HyperDual64};
+use num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 
 /// `f64`, or a number with its derivative by a parameter.
 pub trait Number: nalgebra::RealField + Copy {
@@ -117,6 +117,37 @@ impl Number for HyperDual64 {
     }
 }
 
+/// Three derivatives at once. Beside its value `x_0` a number is `δ` with `δ⁴ = 0`: series in `δ`
+/// end.
+impl Number for HyperHyperDual64 {
+    fn of(value: f64) -> Self {
+        Self::from_re(value)
+    }
+    fn real(self) -> f64 {
+        self.re
+    }
+    fn vanishes(self) -> bool {
+        let first = [self.re, self.eps1, self.eps2, self.eps3];
+        let mixed = [self.eps1eps2, self.eps1eps3, self.eps2eps3, self.eps1eps2eps3];
+        first.iter().chain(&mixed).all(|part| *part == 0.0)
+    }
+    fn arctangent(self, x: Self) -> Self {
+        let [sine, cosine] = [self * x.re - x * self.re, x * x.re + self * self.re];
+        let turn = sine / cosine; // the tangent of what the angle has beside its value
+        turn - turn * turn * turn / 3.0 + libm::atan2(self.re, x.re)
+    }
+    fn sine_cosine(self) -> [Self; 2] {
+        let (sine, cosine, own) = (libm::sin(self.re), libm::cos(self.re), self - self.re);
+        let [of_sine, of_cosine] = [own - own * own * own / 6.0, -(own * own) / 2.0 + 1.0];
+        [of_cosine * sine + of_sine * cosine, of_cosine * cosine - of_sine * sine]
+    }
+    fn hyperbolic_tangent(self) -> Self {
+        let (value, own) = (libm::tanh(self.re), self - self.re);
+        let of_own = own - own * own * own / 3.0;
+        (of_own + value) / (of_own * value + 1.0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -140,6 +171,27 @@ mod tests {
         let parts = [again.re, again.eps1, again.eps2, again.eps1eps2];
         for (part, exact) in parts.into_iter().zip([2.3, 0.7, -0.4, 0.9]) {
             assert!((part - exact).abs() < 1e-14, "{part} for {exact}");
+        }
+    }
+
+    /// Of functions of one number `f(2.3 + δ)` along three equal directions, against formulas.
+    #[test]
+    fn third_derivatives_follow_from_series() {
+        let x = HyperHyperDual64::new(0.7, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0);
+        let [sine, cosine] = x.sine_cosine();
+        let (s, c, t) = (libm::sin(0.7), libm::cos(0.7), libm::tanh(0.7));
+        let flat = 1.0 - t * t;
+        let of = |y: HyperHyperDual64| [y.re, y.eps2, y.eps1eps3, y.eps1eps2eps3];
+        let bend = flat * (6.0 * t * t - 2.0);
+        for (found, exact) in [
+            (of(sine), [s, c, -s, -c]),
+            (of(cosine), [c, -s, -c, s]),
+            (of(x.hyperbolic_tangent()), [t, flat, -2.0 * t * flat, bend]),
+            (of((sine * x).arctangent(cosine * x)), [0.7, 1.0, 0.0, 0.0]),
+        ] {
+            for (found, exact) in found.into_iter().zip(exact) {
+                assert!((found - exact).abs() < 1e-14, "{found} for {exact}");
+            }
         }
     }
 

@@ -18,7 +18,7 @@ use vi_multibody::bushing::{LinearSix, SixForce};
 use vi_multibody::law::Law;
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::six_coordinates::{Matrix6, Rotation, Vector6};
-use vi_testkit::slope_error;
+use vi_testkit::{bend_error, potential_bend_error, slope_error};
 
 /// Of coordinates and rates, with curvature.
 struct Curved;
@@ -51,6 +51,23 @@ impl Law for Curved {
             slopes[(i, k)] += x[j] - 0.7 * v[i];
             slopes[(i, 6 + i)] -= 0.7 * x[k];
             slopes[(i, 6 + j)] += 0.4 * v[j];
+        }
+    }
+    fn bend(&self, y: &[f64], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+        for i in 0..6 {
+            let (j, k, far) = ((i + 1) % 6, (i + 2) % 6, 13 + i % 2);
+            let mut pair = |a: usize, b: usize, c: f64| {
+                slopes[a] += w[i] * c * along[b];
+                slopes[b] += w[i] * c * along[a];
+            };
+            pair(j, k, 1.0);
+            pair(6 + i, k, -0.7);
+            pair(6 + j, 6 + j, 0.2);
+            // y_far y_i y_13
+            pair(far, i, y[13]);
+            pair(i, 13, y[far]);
+            pair(far, 13, y[i]);
         }
     }
     fn is_dissipative(&self) -> bool {
@@ -201,6 +218,10 @@ fn slopes_against_central_differences() {
                 ),
             ];
             worst.iter_mut().zip(errors).for_each(|(worst, own)| *worst = worst.max(own));
+            let s = step(&q0, &q1);
+            let bends = [bend_error(six, &s), potential_bend_error(spring, &s)];
+            println!("{rotation:?}: second derivatives {bends:?}");
+            assert!(bends.iter().all(|error| *error < 1e-8));
             let energy = |q: &[f64]| {
                 let mut out = vec![0.0; n];
                 out[0] = spring.potential(at(q));

@@ -7,13 +7,13 @@ use vi_core::force::{DiscreteForce, LinearDamping, MidpointForce};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::form::Form;
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw};
+use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointForce, JointLaw, JointSpring};
 use vi_multibody::pair::PairKind;
 use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
 use vi_multibody::tension::Tension;
 use vi_rigid::time_history::TimeHistory;
-use vi_testkit::{Sample, slope_error};
+use vi_testkit::{Sample, bend_error, potential_bend_error, slope_error};
 
 /// `τ = 0.3 + θ² − 0.7 θ θ̇ + t θ̇²`.
 #[derive(Debug)]
@@ -25,6 +25,9 @@ impl JointLaw for Curved {
     }
     fn slopes(&self, t: f64, x: f64, v: f64) -> EffortSlopes {
         EffortSlopes { by_coordinate: 2.0 * x - 0.7 * v, by_rate: -0.7 * x + 2.0 * t * v }
+    }
+    fn bends(&self, t: f64, _x: f64, _v: f64) -> EffortBends {
+        EffortBends { by_coordinate: 2.0, mixed: -0.7, by_rate: 2.0 * t }
     }
     fn is_dissipative(&self) -> bool {
         false
@@ -43,6 +46,9 @@ fn check(name: &str, force: &dyn DiscreteForce, s: &Interval) {
     let error = slope_error(force, s);
     println!("{name}: slot derivatives off by {error:.1e}");
     assert!(error < 1e-7, "{name}: {error:e}");
+    let error = bend_error(force, s);
+    println!("{name}: second derivatives off by {error:.1e}");
+    assert!(error < 1e-8, "{name}: {error:e}");
 }
 
 #[test]
@@ -57,8 +63,13 @@ fn along_coordinates_of_all_pairs() {
         let description = builder.description().unwrap();
         for freedom in 0..kind.coordinate_count() {
             let coordinate = JointCoordinate::principal(&description.joints[0], freedom).unwrap();
+            let s = step(&mut sample);
+            let spring = JointSpring { coordinate: coordinate.clone(), stiffness: 2.0, rest: 0.1 };
+            let error = potential_bend_error(&spring, &s);
+            println!("{kind:?} {freedom}, spring: second derivatives off by {error:.1e}");
+            assert!(error < 1e-8, "{error:e}");
             let force = JointForce { coordinate, law: Curved };
-            check(&format!("{kind:?} {freedom}"), &force, &step(&mut sample));
+            check(&format!("{kind:?} {freedom}"), &force, &s);
         }
     }
 }

@@ -5,7 +5,7 @@
 //! | [`allocator`] | counts allocations and the memory in use |
 //! | [`model`] | texts of model files, part by part; bodies with their motion |
 //! | [`sample`] | random numbers, vectors, frames, reproducible by their seed |
-//! | [`slopes`] | slot derivatives of discrete forces against central differences |
+//! | [`slopes`] | slot derivatives of discrete forces, and second ones, against central differences |
 #![deny(missing_docs)]
 
 pub mod allocator;
@@ -15,4 +15,4 @@ pub mod slopes;
 
 pub use allocator::CountingAllocator;
 pub use sample::Sample;
-pub use slopes::slope_error;
+pub use slopes::{bend_error, potential_bend_error, slope_error};

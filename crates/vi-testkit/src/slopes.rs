@@ -1,7 +1,9 @@
-//! Slot derivatives of discrete forces against central differences.
+//! Slot derivatives of discrete forces, and second ones, against central differences.
 
 use nalgebra::DMatrix;
 use vi_core::force::DiscreteForce;
+use vi_core::potential::DiscretePotential;
+use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, Entries, Interval, Slot, SparseMatrix, StepChange};
 
 /// Half of a difference.
@@ -152,4 +154,126 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
     let size = slots.iter().map(|(_, expected)| most(expected)).fold(0.0, f64::max);
     let worst = relative(&continuous, size / s.h.abs());
     worst.max(relative(&slots, 0.0)).max(relative(&times, rate)).max(relative(&memory, 0.0))
+}
+
+/// `(8 (f(e) − f(−e)) − (f(2e) − f(−2e)))/12e`, of order 4.
+fn smooth_difference(f: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    const FAR: f64 = 3e-4;
+    let [one, back, far, beyond] = [1.0, -1.0, 2.0, -2.0].map(|by| f(by * FAR));
+    let each = |i: usize| (8.0 * (one[i] - back[i]) - (far[i] - beyond[i])) / (12.0 * FAR);
+    (0..one.len()).map(each).collect()
+}
+
+/// Any covector.
+fn covector(n: usize, seed: f64) -> Vec<f64> {
+    (0..n).map(|i| (seed * (i * i + 1) as f64).sin()).collect()
+}
+
+/// The largest error of second derivatives along covectors, relative to the largest entry: `found`
+/// between two groups of coordinates, `slope` by the first where one of the second is moved.
+fn second_error(
+    n: usize,
+    found: &dyn Fn([usize; 2], &mut dyn Entries),
+    slope: &dyn Fn([usize; 2], usize, f64) -> Vec<f64>,
+) -> f64 {
+    let mut all = Vec::new();
+    for groups in [[0, 0], [0, 1], [1, 0], [1, 1]] {
+        let own = SparseMatrix::assemble(n, n, |out| found(groups, out)).to_dense();
+        let mut expected = DMatrix::zeros(n, n);
+        for j in 0..n {
+            let column = smooth_difference(|e| slope(groups, j, e));
+            (0..n).for_each(|i| expected[(i, j)] = column[i]);
+        }
+        all.push((own, expected));
+    }
+    relative(&all, 0.0)
+}
+
+/// `out ← out + Aᵀ y`.
+fn pulled(n: usize, y: &[f64], emit: impl FnOnce(&mut dyn Entries)) -> Vec<f64> {
+    let mut out = vec![0.0; n];
+    let into = &mut Product { v: y, out: &mut out };
+    emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
+    out
+}
+
+/// The largest error of the second derivatives of a force in a step, and of the continuous one where
+/// the step starts, relative to the largest entry of each, along some covectors.
+pub fn bend_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
+    let (n, slot) = (s.dim(), |group: usize| Slot::BOTH[group]);
+    let [y, other] = [0.37, 0.23].map(|seed| covector(n, seed));
+    let in_step = second_error(
+        n,
+        &|groups, out| force.add_bend(s, [&y, &other], groups.map(slot), out),
+        &|[i, j], k, e| {
+            let s = moved(s, slot(j), k, e);
+            let of = |end: usize, y: &[f64]| {
+                pulled(n, y, |out| force.add_slope(&s, slot(end), slot(i), out))
+            };
+            of(0, &y).iter().zip(of(1, &other)).map(|(a, b)| a + b).collect()
+        },
+    );
+    let (at, unit) = (s.start(), |[i, j]: [usize; 2]| {
+        let mut by = [0.0; 4];
+        by[2 * i + j] = 1.0;
+        by
+    });
+    let at_node = second_error(
+        n,
+        &|groups, out| force.add_gauss_bend(at, &s.v_mid, &y, unit(groups), out),
+        &|[i, j], k, e| {
+            let mut place = [s.q0.clone(), s.v_mid.clone()];
+            place[j][k] += e;
+            let (at, by) = (Configuration { q: &place[0], ..at }, [[1.0, 0.0], [0.0, 1.0]][i]);
+            pulled(n, &y, |out| force.add_gauss_slopes(at, &place[1], by, out))
+        },
+    );
+    in_step.max(at_node)
+}
+
+/// The same of a potential: of its discrete form and of its third derivative.
+pub fn potential_bend_error(potential: &dyn DiscretePotential, s: &Interval) -> f64 {
+    let (n, slot) = (s.dim(), |group: usize| Slot::BOTH[group]);
+    let [y, other] = [0.37, 0.23].map(|seed| covector(n, seed));
+    let in_step = second_error(
+        n,
+        &|groups, out| potential.add_bend(s, [&y, &other], groups.map(slot), 1.0, out),
+        &|[i, j], k, e| {
+            let s = moved(s, slot(j), k, e);
+            // (∂(D_of U_d)/∂q_i)ᵀ y
+            let mut sum = vec![0.0; n];
+            for (of, y) in [(0, &y), (1, &other)] {
+                let mut emit = |transposed: bool, emit: &dyn Fn(&mut dyn Entries)| {
+                    let into = &mut Product { v: y, out: &mut sum };
+                    emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed });
+                };
+                match (of, i) {
+                    (0, 0) => emit(true, &|out| potential.add_d1_d1(&s, 1.0, out)),
+                    (1, 1) => emit(true, &|out| potential.add_d2_d2(&s, 1.0, out)),
+                    (0, _) => emit(true, &|out| potential.add_d2_d1(&s, 1.0, out)),
+                    _ => emit(false, &|out| potential.add_d2_d1(&s, 1.0, out)),
+                }
+            }
+            sum
+        },
+    );
+    let at = s.start();
+    let at_node = second_error(
+        n,
+        &|groups, out| {
+            if groups == [0, 0] {
+                potential.add_third(at, &y, 1.0, out);
+            }
+        },
+        &|groups, k, e| {
+            let mut q = s.q0.clone();
+            q[k] += e;
+            let at = Configuration { q: &q, ..at };
+            match groups {
+                [0, 0] => pulled(n, &y, |out| potential.add_hessian(at, 1.0, out)),
+                _ => vec![0.0; n],
+            }
+        },
+    );
+    in_step.max(at_node)
 }

@@ -79,6 +79,14 @@ fn of_two((f, [fx, fy], [fxx, fxy, fyy]): Bent, [[dx, dy], [ddx, ddy]]: [[f64; 2
     [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
 }
 
+/// An operation of two numbers at most, with its derivatives by them.
+#[derive(Clone, Copy)]
+struct Part {
+    of: [Option<usize>; 2],
+    first: [f64; 2],
+    second: [f64; 3],
+}
+
 /// Operations of an expression whose values are kept on the stack.
 const SHORT: usize = 32;
 
@@ -148,6 +156,81 @@ impl Program {
             slopes.fill(0.0);
             Err(self.undefined_slope(values, adjoints, slopes))
         })
+    }
+
+    /// `slopes ←` how its derivatives by the inputs change where these change by `along`, `D²e`
+    /// times that; zero where a second derivative is no finite number (`x^1.5` at 0). Allocates.
+    pub fn bend(&self, inputs: &[f64], along: &[f64], slopes: &mut [f64]) {
+        let count = self.operations.len();
+        let (mut values, mut rates) = (vec![0.0; count], vec![0.0; count]);
+        slopes.fill(0.0);
+        if count == 0 || self.forward(inputs, &mut values) != 0.0 {
+            return;
+        }
+        let parts: Vec<Part> = (0..count).map(|k| self.partials(k, &values)).collect();
+        for (k, operation) in self.operations.iter().enumerate() {
+            let Part { of, first, .. } = parts[k];
+            rates[k] = match *operation {
+                Operation::Input(input) => along[input],
+                _ => {
+                    of.iter().zip(first).map(|(x, slope)| slope * x.map_or(0.0, |x| rates[x])).sum()
+                }
+            };
+        }
+        // adjoints and how they change
+        let mut adjoints = vec![[0.0; 2]; count];
+        adjoints[count - 1][0] = 1.0;
+        for (k, operation) in self.operations.iter().enumerate().rev() {
+            let [adjoint, change] = adjoints[k];
+            if let Operation::Input(input) = *operation {
+                slopes[input] += change;
+                continue;
+            }
+            if adjoint == 0.0 && change == 0.0 {
+                continue;
+            }
+            let Part { of, first, second: [xx, xy, yy] } = parts[k];
+            let [dx, dy] = of.map(|x| x.map_or(0.0, |x| rates[x]));
+            let turned = [xx * dx + xy * dy, xy * dx + yy * dy];
+            for ((x, slope), bend) in of.into_iter().zip(first).zip(turned) {
+                let Some(x) = x else { continue };
+                adjoints[x][0] += adjoint * slope;
+                adjoints[x][1] += change * slope + adjoint * bend;
+            }
+        }
+        if slopes.iter().any(|slope| !slope.is_finite()) {
+            slopes.fill(0.0);
+        }
+    }
+
+    /// The operands of an operation that count, with its first and second derivatives by them.
+    fn partials(&self, k: usize, values: &[f64]) -> Part {
+        let still = Part { of: [None; 2], first: [0.0; 2], second: [0.0; 3] };
+        match self.operations[k] {
+            Operation::Constant(_) | Operation::Input(_) => still,
+            Operation::Unary(function, x) => {
+                let (first, second) =
+                    (function.slope(values[x], values[k]), function.bend(values[x], values[k]));
+                Part { of: [Some(x), None], first: [first, 0.0], second: [second, 0.0, 0.0] }
+            }
+            Operation::Curve(curve, x) => {
+                let [_, first, second] = self.curve(curve, values[x]);
+                Part { of: [Some(x), None], first: [first, 0.0], second: [second, 0.0, 0.0] }
+            }
+            Operation::Select([c, a, b]) => {
+                let taken = if values[c] > 0.0 { a } else { b };
+                Part { of: [Some(taken), None], first: [1.0, 0.0], ..still }
+            }
+            Operation::Binary(function, [x, y]) => {
+                let at = [values[x], values[y]];
+                let (first, second) = function.partials(at, values[k], self.is_constant(y));
+                Part { of: [Some(x), Some(y)], first, second }
+            }
+            Operation::Surface(surface, [x, y]) => {
+                let (_, first, second) = self.surface(surface, [values[x], values[y]]);
+                Part { of: [Some(x), Some(y)], first, second }
+            }
+        }
     }
 
     /// With room for the values and the adjoints, zero, of all operations.

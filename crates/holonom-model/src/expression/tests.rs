@@ -169,7 +169,7 @@ fn difference(f: impl Fn(f64) -> f64, x: f64) -> f64 {
 }
 
 #[test]
-fn slopes_agree_with_differences() {
+fn slopes_and_second_derivatives_agree_with_differences() {
     let mut worst: f64 = 0.0;
     for text in SMOOTH {
         let own = program(text);
@@ -188,9 +188,26 @@ fn slopes_agree_with_differences() {
                 assert!(error < 1e-8, "{text} at {at:?}, input {k}: {} {expected}", slopes[k]);
                 worst = worst.max(error);
             }
+            let (along, mut bend) = ([0.8, -0.6], [f64::NAN; 2]);
+            own.bend(&at, &along, &mut bend);
+            for k in 0..2 {
+                let moved = |by: f64| {
+                    let at = [at[0] + by * along[0], at[1] + by * along[1]];
+                    let mut slopes = [0.0; 2];
+                    own.gradient(&at, &mut slopes).unwrap();
+                    slopes[k]
+                };
+                let expected = difference(moved, 0.0);
+                let error = (bend[k] - expected).abs() / (1.0 + expected.abs());
+                assert!(error < 1e-8, "{text} at {at:?}, bend {k}: {} {expected}", bend[k]);
+                worst = worst.max(error);
+            }
         }
     }
-    println!("largest error of a slope: {worst:.1e}");
+    println!("largest error of a slope or a second derivative: {worst:.1e}");
+    let mut bend = [f64::NAN; 2];
+    program("abs(x)^1.5 + y^2").bend(&[0.0, 1.0], &[1.0, 1.0], &mut bend);
+    assert_eq!(bend, [0.0; 2], "there is none");
 }
 
 #[test]
@@ -388,6 +405,15 @@ fn a_grid_is_called_by_its_name() {
     let at = |x: f64, y: f64| own.value(&[x, y]).unwrap();
     let expected = [at(1.2 + e, 0.5) - at(1.2 - e, 0.5), at(1.2, 0.5 + e) - at(1.2, 0.5 - e)];
     (0..2).for_each(|k| assert!((slopes[k] - expected[k] / (2.0 * e)).abs() < 1e-8));
+    let mut bend = [0.0; 2];
+    own.bend(&[1.2, 0.5], &[0.3, 0.7], &mut bend);
+    let slope = |by: f64| {
+        let mut slopes = [0.0; 2];
+        own.gradient(&[1.2 + 0.3 * by, 0.5 + 0.7 * by], &mut slopes).unwrap();
+        slopes
+    };
+    let (plus, minus) = (slope(e), slope(-e));
+    (0..2).for_each(|k| assert!((bend[k] - (plus[k] - minus[k]) / (2.0 * e)).abs() < 1e-7));
     let path = Program::parse("f(x^2, 0.3*x)", &mut known).unwrap();
     let [_, rate, acceleration] = path.taylor(1.2).unwrap();
     let at = |t: f64| path.taylor(t).unwrap();

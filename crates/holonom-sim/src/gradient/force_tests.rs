@@ -3,20 +3,24 @@
 
 use super::force_models::{
     ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
-    ORIENTATIONS, REACTIONS, THREADED, TURNS, WORKS, conservative, far, held, without_controls,
-    without_objectives,
+    ORIENTATIONS, REACTIONS, READING, THREADED, TURNS, WORKS, conservative, far, held,
+    without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
 use super::tests::LINKAGE;
 use super::{GradientFailure, ModelGradient, Wanted, gradient};
+use crate::shown::Shown;
 use crate::simulation::Simulation;
 use crate::system::outside::Outside;
-use holonom_model::{ModelError, ModelText};
+use holonom_model::{Model, ModelError, ModelText};
 use std::path::Path;
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
+use vi_control::identification::Reading;
+use vi_control::node::{Node, NodeQuantity, RateOf};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
+use vi_core::Configuration;
 use vi_multibody::design::start;
 
 /// What is compared with.
@@ -593,4 +597,81 @@ fn same_bits_with_checkpoints(text: &str, by_step: bool) {
         println!("{checkpoints:?}: {ratio:.1} runs");
     }
     assert!(all.iter().all(|own| own == &all[0]));
+}
+
+/// Second derivatives of a number at a node that moves, along any change, against differences of
+/// order 4 of its slopes; relative to the largest entry.
+fn bend_error(of: (&Model, &mut Prepared, &Begin), part: &str) -> f64 {
+    let (model, prepared, begin) = of;
+    let sensor = model.sensors.iter().find(|own| own.name == "seen").unwrap();
+    let part = Some(part).filter(|part| !part.is_empty());
+    let (rows, system) = (begin.rows(), &mut prepared.system);
+    let shown = Shown::of((model, rows), system, "key", (sensor, part), &[]).unwrap();
+    let number: Box<dyn NodeQuantity> = match shown {
+        Shown::Configuration(own, Reading::Rate) => Box::new(RateOf(own)),
+        Shown::Configuration(..) => panic!("of the configuration"),
+        Shown::Node(own) => own,
+    };
+    let n = begin.q.len();
+    let any =
+        |seed: f64| -> Vec<f64> { (0..n).map(|i| (seed * (i * i + 1) as f64).sin()).collect() };
+    let (v, changes) = (any(0.71), [any(0.37), any(0.23)]);
+    let moved = |by: f64| -> [Vec<f64>; 2] {
+        let each =
+            |x: &[f64], change: &[f64]| x.iter().zip(change).map(|(x, d)| x + by * d).collect();
+        [each(&begin.q, &changes[0]), each(&v, &changes[1])]
+    };
+    let slopes = |by: f64| {
+        let [q, v] = moved(by);
+        number.slopes_at(Node::moving(Configuration::new(0.13, &q), &v)).concat()
+    };
+    let mut bend = [vec![0.0; n], vec![0.0; n]];
+    let [q, of_v] = &mut bend;
+    let at = Node::moving(Configuration::new(0.13, &begin.q), &v);
+    number.curved().unwrap().add_bend(at, [&changes[0], &changes[1]], 1.0, [q, of_v]);
+    let e = 1e-4;
+    let [one, back, far, beyond] = [e, -e, 2.0 * e, -2.0 * e].map(slopes);
+    let found = bend.concat();
+    let (mut worst, mut most) = (0.0_f64, 1e-3_f64);
+    for (i, found) in found.iter().enumerate() {
+        let wanted = (8.0 * (one[i] - back[i]) - (far[i] - beyond[i])) / (12.0 * e);
+        (worst, most) = (worst.max((found - wanted).abs()), most.max(wanted.abs()));
+    }
+    worst / most
+}
+
+/// Of all numbers that optimal control can count.
+#[test]
+fn second_derivatives_of_numbers_agree_with_differences() {
+    let mut worst: f64 = 0.0;
+    let mut all: Vec<(&str, String, &[&str])> = Vec::new();
+    let reading = format!("{FORCES}{READING}");
+    for (kind, of, parts) in EFFORTS {
+        let text = if ["soft", "follows"].contains(&of) { &reading } else { FORCES };
+        all.push((text, format!("type = \"{kind}\"\nof = \"{of}\"\n"), parts));
+    }
+    all.push((BALLS, "type = \"joint_rate\"\nof = \"ball\"\n".to_owned(), TURNS[0].3));
+    let imu = "type = \"imu\"\nof = \"lower\"\n";
+    all.push((BALLS, imu.to_owned(), &["gx", "gy", "gz"]));
+    for value in [
+        "y.rate*sin(far) + far^3/(1 + slide^2)",
+        "t*slide^2 - exp(-lower.wy)*lower.vz + hypot(lower.x, upper.z)",
+    ] {
+        let value = value.replace("y.rate", "shoulder.rate").replace("far", "shoulder");
+        all.push((FORCES, format!("type = \"expression\"\nvalue = \"{value}\"\n"), &[""]));
+    }
+    for (text, sensor, parts) in all {
+        for part in parts {
+            let source =
+                ModelText::from_text(Path::new("model.toml"), &sensing(text, &sensor, part, ""));
+            let model = source.model(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
+            let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+            let begin = Begin::new(&model, &mut prepared).unwrap();
+            let error = bend_error((&model, &mut prepared, &begin), part);
+            println!("{part} of {}: {error:.1e}", sensor.replace('\n', " "));
+            assert!(error < 1e-7, "{part} of {sensor}: {error:e}");
+            worst = worst.max(error);
+        }
+    }
+    println!("worst {worst:.1e}");
 }

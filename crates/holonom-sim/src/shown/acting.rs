@@ -18,7 +18,7 @@ use crate::system::joint_drive::{ElementLaw, JointDrive};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::ops::Range;
 use std::sync::Arc;
-use vi_control::node::{Node, NodeQuantity, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, Slopes};
 use vi_control::objective::Quantity;
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
 use vi_core::interval::Interval;
@@ -29,7 +29,7 @@ use vi_core::{Configuration, MechanicalSystem as _, SeparableSystem};
 use vi_multibody::builder::{ElementForce, ForceElements, NamedForce};
 use vi_multibody::design::{EffortTangent, MovedCoordinate, SpringTangent};
 use vi_multibody::form::Form;
-use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw};
+use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointForce, JointLaw};
 use vi_multibody::law::Input;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::six_coordinates::Vector6;
@@ -61,6 +61,24 @@ impl Acts {
                 sum.0 = own.re + damper.damping * rate;
                 sum.1 = EffortSlopes { by_coordinate: own.eps, by_rate: damper.damping };
             }
+        }
+        sum
+    }
+}
+
+impl Acts {
+    /// The second derivatives of `τ`.
+    fn bends(&self, t: f64, x: f64, rate: f64) -> EffortBends {
+        let mut sum = EffortBends::default();
+        match self {
+            Self::Elements(all) => {
+                for own in all.iter().map(|own| own.bends(t, x, rate)) {
+                    sum.by_coordinate += own.by_coordinate;
+                    sum.mixed += own.mixed;
+                    sum.by_rate += own.by_rate;
+                }
+            }
+            Self::Spring(spring, _) => sum.by_coordinate = spring.tension_bend(x),
         }
         sum
     }
@@ -109,7 +127,42 @@ impl AlongCoordinate {
     }
 }
 
+/// `y_x D²x + y_ẋ D²ẋ` and the second derivatives of `y` by both.
+impl Curved for AlongCoordinate {
+    fn add_bend(
+        &self,
+        node: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let [x, rate] = self.seen(node.at, node.v);
+        let [_, by_coordinate, by_rate] = self.slopes(node.at, node.v);
+        let mut bends = self.acts.bends(node.at.t, x, rate);
+        if let Some(sign) = self.power {
+            let (_, slopes) = self.acts.effort(node.at.t, x, rate);
+            bends.by_coordinate *= sign * rate;
+            bends.mixed = sign * (slopes.by_coordinate + rate * bends.mixed);
+            bends.by_rate = sign * (2.0 * slopes.by_rate + rate * bends.by_rate);
+        }
+        let slopes = self.inputs.each_ref().map(|input| input.slopes_at(node));
+        let [dx, dv] = slopes.each_ref().map(|[q, v]| dot(q, changes[0]) + dot(v, changes[1]));
+        let turned =
+            [bends.by_coordinate * dx + bends.mixed * dv, bends.mixed * dx + bends.by_rate * dv];
+        let each = self.inputs.iter().zip([by_coordinate, by_rate]).zip(&slopes).zip(turned);
+        for (((input, slope), [by_q, by_v]), turned) in each {
+            input.add_bend(node, changes, scale * slope, [&mut *q, &mut *of_v]);
+            for (out, by) in [(&mut *q, by_q), (&mut *of_v, by_v)] {
+                out.iter_mut().zip(by).for_each(|(out, by)| *out += scale * turned * by);
+            }
+        }
+    }
+}
+
 impl NodeQuantity for AlongCoordinate {
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
     fn reads_time(&self) -> bool {
         // springs beside numbers follow paths
         let moves = |own: &JointDrive| match own.part {
@@ -163,7 +216,32 @@ impl Stated {
     }
 }
 
+/// Of what reads no states: others have memory.
+impl Curved for Stated {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        out: [&mut [f64]; 2],
+    ) {
+        let (at, effort) = (with_signals(at, &self.signals), (self.part, scale));
+        match &self.name {
+            Some(name) => self.forces.add_bushing_bends(name, (at, v), effort, changes, out),
+            None => {
+                let law = self.forces.forces.iter().find(|own| own.efforts(at, v).is_some());
+                if let Some(own) = law {
+                    own.add_effort_bends(at, v, effort, changes, out);
+                }
+            }
+        }
+    }
+}
+
 impl NodeQuantity for Stated {
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
     fn reads_time(&self) -> bool {
         true // its expressions may
     }
@@ -235,7 +313,41 @@ impl Supplied {
     }
 }
 
+/// Of what reads no states: others have memory.
+/// ```text
+/// δ(f_qᵀ v) = f_qᵀ δv + D²(z·f)|_{z = v},   δ(f + f_vᵀ v) = f_q δq + f_v δv + f_vᵀ δv + D²(z·f)|_{z = v}
+/// ```
+impl Curved for Supplied {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        [dq, dv]: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let at = with_signals(at, &self.signals);
+        for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut *of_v)] {
+            let into = &mut Product { v: dv, out };
+            let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
+            self.system.gauss_slopes(at, v, by, &mut transposed);
+        }
+        for (by, v_of) in [([scale, 0.0], dq), ([0.0, scale], dv)] {
+            self.system.gauss_slopes(at, v, by, &mut Product { v: v_of, out: of_v });
+        }
+        let out = [q, of_v];
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let mut by = [0.0; 4];
+            by[2 * i + j] = scale;
+            let into = &mut Product { v: [dq, dv][j], out: &mut *out[i] };
+            self.system.gauss_bend(at, v, v, by, into);
+        }
+    }
+}
+
 impl NodeQuantity for Supplied {
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.forces.power(with_signals(at, &self.signals), v, &mut Vec::new())
     }

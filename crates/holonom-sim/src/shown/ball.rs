@@ -10,7 +10,7 @@ use super::{Asked, OfNode};
 use crate::design::ModelTangent;
 use holonom_model::SensorKind;
 use nalgebra::Vector3;
-use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
 use vi_core::Configuration;
 use vi_multibody::FrameId;
 use vi_multibody::form::Form;
@@ -79,6 +79,29 @@ impl NodeQuantity for Turn {
     }
     fn reads(&self) -> Reads {
         Reads { accelerations: self.accelerates, ..Reads::default() }
+    }
+    fn curved(&self) -> Option<&dyn Curved> {
+        (!self.accelerates).then_some(self as _)
+    }
+}
+
+/// Of `B·Δω`, with `B` linear in `q` and `Δω` in `q` and in `v`.
+impl Curved for Turn {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        [dq, dv]: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let moved = Configuration { q: dq, ..at };
+        let [along, turned] = [self.along.at(at.q), self.along.rate(dq)].map(|b| scale * b);
+        let spin = self.spin(moved, v) + self.spin(at, dv);
+        self.along.add_transposed(&(scale * spin), q);
+        let mut unused = vec![0.0; v.len()];
+        self.add_spin((at, dv), &along, [&mut *q, &mut unused]);
+        self.add_spin((moved, v), &along, [&mut unused, &mut *of_v]);
+        self.add_spin((at, v), &turned, [q, of_v]);
     }
 }
 

@@ -60,18 +60,22 @@ impl Quantity for Measured {
             Self::Orientation(own) => own.add_slope(at, scale, out),
         }
     }
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
+    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
         match self {
-            Self::Point(own) => own.second(at, v, w),
-            Self::Seen(own) => Quantity::second(own, at, v, w),
-            Self::Distance(between) => {
-                let (line, v, w) = (between.at(at.q), between.rate(v), between.rate(w));
-                let length = line.norm();
-                let along = line / length;
-                (v.dot(&w) - along.dot(&v) * along.dot(&w)) / length
-            }
-            Self::Joint { coordinate, .. } => coordinate.second(at.q, v, w),
-            Self::Orientation(own) => own.second(at, v, w),
+            Self::Point(own) => own.add_bend(at, v, scale, out),
+            Self::Seen(own) => own.add_bend(at, v, scale, out),
+            Self::Distance(between) => between.add_length_bend(at.q, v, scale, out),
+            Self::Joint { coordinate, .. } => coordinate.add_bend(at.q, v, scale, out),
+            Self::Orientation(own) => own.add_bend(at, v, scale, out),
+        }
+    }
+    fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        match self {
+            Self::Point(own) => own.add_third(at, along, scale, out),
+            Self::Seen(own) => own.add_third(at, along, scale, out),
+            Self::Distance(between) => between.add_length_third(at.q, along, scale, out),
+            Self::Joint { coordinate, .. } => coordinate.add_third(at, along, scale, out),
+            Self::Orientation(own) => own.add_third(at, along, scale, out),
         }
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
@@ -301,8 +305,11 @@ impl Quantity for Sensed {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.of.add_slope(at, scale, out);
     }
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        self.of.second(at, v, w)
+    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+        self.of.add_bend(at, v, scale, out);
+    }
+    fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        self.of.add_third(at, along, scale, out);
     }
     fn is_continued(&self) -> bool {
         matches!(self.of, Measured::Orientation(_))

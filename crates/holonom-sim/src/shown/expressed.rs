@@ -13,9 +13,10 @@ use holonom_model::expression::Program;
 use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_control::identification::Reading as Rate;
-use vi_control::node::{Node, NodeQuantity, RateOf, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, RateOf, Reads, Slopes};
 use vi_control::objective::{Quantity, Seen};
 use vi_core::Configuration;
+use vi_core::linear::dot;
 
 /// An expression with what it reads.
 struct Evaluated {
@@ -42,8 +43,17 @@ impl NodeQuantity for ValueOf {
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
         self.0.by_parameter(parameter, node.at)
     }
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.0.follow(node, seen);
+    }
+}
+
+impl Curved for ValueOf {
+    fn add_bend(&self, node: Node<'_>, [dq, _]: [&[f64]; 2], scale: f64, [q, _]: [&mut [f64]; 2]) {
+        self.0.add_bend(node.at, dq, scale, q);
     }
 }
 
@@ -98,8 +108,38 @@ impl NodeQuantity for Expressed {
         let of_own = |own: &Evaluated| own.program.reads(0);
         of_own(&self.own) || self.own.inputs.iter().any(|input| input.reads_time())
     }
+    fn curved(&self) -> Option<&dyn Curved> {
+        self.own.inputs.iter().all(|input| input.curved().is_some()).then_some(self as _)
+    }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.inputs().for_each(|input| input.follow(node, seen));
+    }
+}
+
+/// `Σ ∂e/∂y_i D²y_i + Σ ∂²e/∂y_i∂y_j ∇y_i ∇y_jᵀ`.
+impl Curved for Expressed {
+    fn add_bend(
+        &self,
+        node: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let own = &self.own;
+        let slopes: Vec<[Vec<f64>; 2]> = own.inputs.iter().map(|own| own.slopes_at(node)).collect();
+        let change = |[q, v]: &[Vec<f64>; 2]| dot(q, changes[0]) + dot(v, changes[1]);
+        let changed: Vec<f64> = std::iter::once(0.0).chain(slopes.iter().map(change)).collect();
+        let mut bend = vec![0.0; changed.len()];
+        own.program.bend(&own.inputs(node), &changed, &mut bend);
+        let each = own.inputs.iter().zip(own.slopes(node)).zip(slopes.iter().zip(&bend[1..]));
+        for ((input, slope), ([by_q, by_v], bend)) in each {
+            if let Some(curved) = input.curved() {
+                curved.add_bend(node, changes, scale * slope, [&mut *q, &mut *of_v]);
+            }
+            for (out, by) in [(&mut *q, by_q), (&mut *of_v, by_v)] {
+                out.iter_mut().zip(by).for_each(|(out, by)| *out += scale * bend * by);
+            }
+        }
     }
 }
 

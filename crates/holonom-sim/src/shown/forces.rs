@@ -17,9 +17,10 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::design::Design;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
 use vi_control::terminal_rate::Level;
 use vi_core::Configuration;
+use vi_core::linear::dot;
 use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, Rows};
 use vi_multibody::design::{CoordinateAcceleration, MovedCoordinate};
 use vi_multibody::form::Form;
@@ -100,6 +101,37 @@ impl NodeQuantity for Gyro {
         self.along.add_transposed(&(scale * spin), out.q);
         for (k, own) in self.spins.iter().enumerate() {
             own.add_slopes(node, scale * along[k], out.again());
+        }
+    }
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
+}
+
+/// `B` is linear in `q`.
+impl Curved for Gyro {
+    fn add_bend(
+        &self,
+        node: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let [along, turned] =
+            [self.along.at(node.at.q), self.along.rate(changes[0])].map(|b| scale * b);
+        let slopes = [0, 1, 2].map(|k| self.spins[k].slopes_at(node));
+        let spin = Vector3::from_fn(|k, _| {
+            let [by_q, by_v] = &slopes[k];
+            scale * (dot(by_q, changes[0]) + dot(by_v, changes[1]))
+        });
+        self.along.add_transposed(&spin, q);
+        for ((own, [by_q, by_v]), (along, turned)) in
+            self.spins.iter().zip(&slopes).zip(along.iter().zip(&turned))
+        {
+            own.add_bend(node, changes, *along, [&mut *q, &mut *of_v]);
+            for (out, by) in [(&mut *q, by_q), (&mut *of_v, by_v)] {
+                out.iter_mut().zip(by).for_each(|(out, by)| *out += turned * by);
+            }
         }
     }
 }

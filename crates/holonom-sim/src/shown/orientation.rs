@@ -1,7 +1,7 @@
 //! Numbers of orientations, with their derivatives.
 //!
 //! ```text
-//! y = ±(w, x, y, z)_k of R(q)        ∇y, D²y: with dual numbers as directors
+//! y = ±(w, x, y, z)_k of R(q)        ∇y, D²y, D³y: with dual numbers as directors
 //! ```
 //! The sign is continued along the motion: nodes are taken note of, one after the other.
 
@@ -9,7 +9,7 @@ use crate::sensor::{Attitude, sign};
 use nalgebra::Quaternion;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_control::objective::{Quantity, Seen};
-use vi_core::num_dual::{Dual64, HyperDual64};
+use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 use vi_core::{Configuration, Number};
 use vi_rigid::directors::FRAME;
 
@@ -42,6 +42,13 @@ impl Turned {
         Self { attitude, part, followed: Arc::default() }
     }
 
+    /// Visits the coordinates that it depends on, each with what tells it from others, by 1.
+    fn for_each(&self, mut visit: impl FnMut(usize, &dyn Fn(usize) -> f64)) {
+        for k in self.attitude.frames().flat_map(|first| first + 3..first + FRAME) {
+            visit(k, &|i| f64::from(u8::from(i == k)));
+        }
+    }
+
     /// The number at coordinates that have tangents.
     fn number<T: Number>(&self, at: Configuration<'_>, q: &impl Fn(usize) -> T) -> T {
         let of_reals = self.attitude.quaternion(&|i| at.q[i]);
@@ -57,15 +64,23 @@ impl Quantity for Turned {
         self.number(at, &|i| at.q[i])
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
-        for first in self.attitude.frames() {
-            for k in first + 3..first + FRAME {
-                let along = |i: usize| Dual64::new(at.q[i], f64::from(u8::from(i == k)));
-                out[k] += scale * self.number(at, &along).eps;
-            }
-        }
+        self.for_each(|k, is_own| {
+            out[k] += scale * self.number(at, &|i| Dual64::new(at.q[i], is_own(i))).eps;
+        });
     }
-    fn second(&self, at: Configuration<'_>, v: &[f64], w: &[f64]) -> f64 {
-        self.number(at, &|i| HyperDual64::new(at.q[i], v[i], w[i], 0.0)).eps1eps2
+    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+        self.for_each(|k, is_own| {
+            let along = |i: usize| HyperDual64::new(at.q[i], v[i], is_own(i), 0.0);
+            out[k] += scale * self.number(at, &along).eps1eps2;
+        });
+    }
+    fn add_third(&self, at: Configuration<'_>, [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        self.for_each(|k, is_own| {
+            let along = |i: usize| {
+                HyperHyperDual64::new(at.q[i], v[i], w[i], is_own(i), 0.0, 0.0, 0.0, 0.0)
+            };
+            out[k] += scale * self.number(at, &along).eps1eps2eps3;
+        });
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         let own = self.attitude.quaternion(&|i| node.q[i]);

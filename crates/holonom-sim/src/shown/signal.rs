@@ -12,8 +12,9 @@ use crate::system::signal::network::Source;
 use crate::system::signal::output::SignalGauge;
 use holonom_model::ModelError;
 use std::ops::Range;
-use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
 use vi_core::Configuration;
+use vi_core::linear::dot;
 
 /// A number of a signal.
 struct SignalNumber {
@@ -49,6 +50,36 @@ impl NodeQuantity for SignalNumber {
     }
     fn reads_time(&self) -> bool {
         true // its expressions may
+    }
+    fn curved(&self) -> Option<&dyn Curved> {
+        self.places.is_empty().then_some(self as _)
+    }
+}
+
+/// Of signals without states: `Σ s_u D²u + Σ s_uu' ∇u ∇u'ᵀ`.
+impl Curved for SignalNumber {
+    fn add_bend(
+        &self,
+        node: Node<'_>,
+        changes: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let at = self.at(node.at);
+        let row = self.gauge.slopes(self.source, at, node.v);
+        let (inputs, _) = self.gauge.reads();
+        let slopes: Vec<[Vec<f64>; 2]> = inputs.iter().map(|own| own.slopes_at(node)).collect();
+        let change = |[q, v]: &[Vec<f64>; 2]| dot(q, changes[0]) + dot(v, changes[1]);
+        let changed: Vec<f64> = slopes.iter().map(change).collect();
+        let bend = self.gauge.bend(self.source, at, node.v, &changed);
+        for (((input, slope), bend), [by_q, by_v]) in
+            inputs.iter().zip(&row).zip(&bend).zip(&slopes)
+        {
+            input.add_bend(node, changes, scale * slope, [&mut *q, &mut *of_v]);
+            for (out, by) in [(&mut *q, by_q), (&mut *of_v, by_v)] {
+                out.iter_mut().zip(by).for_each(|(out, by)| *out += scale * bend * by);
+            }
+        }
     }
 }
 

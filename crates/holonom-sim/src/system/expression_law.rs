@@ -3,7 +3,7 @@
 use super::law_fault::{LastFault, LawFault};
 use holonom_model::ALONG;
 use holonom_model::expression::{Program, Undefined};
-use vi_multibody::joint_force::{EffortSlopes, JointLaw};
+use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointLaw};
 
 /// An expression of time, coordinate and rate, N or N·m.
 #[derive(Debug)]
@@ -67,6 +67,15 @@ impl JointLaw for ExpressionLaw {
         });
         let [_, by_coordinate, by_rate] = slopes;
         (effort, EffortSlopes { by_coordinate, by_rate })
+    }
+
+    fn bends(&self, t: f64, coordinate: f64, rate: f64) -> EffortBends {
+        let (at, mut by) = ([t, coordinate, rate], [[0.0; 3]; 2]);
+        if !self.affine {
+            self.program.bend(&at, &[0.0, 1.0, 0.0], &mut by[0]);
+            self.program.bend(&at, &[0.0, 0.0, 1.0], &mut by[1]);
+        }
+        EffortBends { by_coordinate: by[0][1], mixed: by[0][2], by_rate: by[1][2] }
     }
 
     fn is_dissipative(&self) -> bool {

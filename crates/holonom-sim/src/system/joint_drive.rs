@@ -5,7 +5,9 @@ use holonom_model::FrictionCourse;
 use std::sync::Arc;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::held_effort::HeldEffort;
-use vi_multibody::joint_force::{EffortSlopes, JointLaw, Motor, PdControl, Setpoint, Viscous};
+use vi_multibody::joint_force::{
+    EffortBends, EffortSlopes, JointLaw, Motor, PdControl, Setpoint, Viscous,
+};
 use vi_multibody::stribeck::{Stribeck, StribeckFriction};
 
 /// What acts on one coordinate of a joint.
@@ -39,6 +41,14 @@ impl JointDrive {
             }
             ElementLaw::Force(law) => law.effort_and_slopes(t, coordinate, rate),
             ElementLaw::Idle => (0.0, EffortSlopes::default()),
+        }
+    }
+
+    /// The second derivatives of `τ`.
+    pub(crate) fn bends(&self, t: f64, coordinate: f64, rate: f64) -> EffortBends {
+        match &self.law {
+            ElementLaw::Force(law) if !self.idle => law.bends(t, coordinate, rate),
+            _ => EffortBends::default(),
         }
     }
 

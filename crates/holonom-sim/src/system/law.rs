@@ -64,6 +64,16 @@ impl WrenchLaw for MotionLaw {
         })
     }
 
+    fn bend(&self, y: &[f64; INPUTS], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+        let mut row = [0.0; INPUTS];
+        for (program, w) in self.programs.iter().zip(w).filter(|(_, w)| **w != 0.0) {
+            let Some(program) = program else { continue };
+            program.bend(y, along, &mut row);
+            slopes.iter_mut().zip(&row).for_each(|(slope, own)| *slope += w * own);
+        }
+    }
+
     fn is_dissipative(&self) -> bool {
         self.dissipative
     }

@@ -15,14 +15,11 @@
 //! The slopes of `w` are those of [`super::piece`]: of Galerkin steps every node of the step has a
 //! block with every other one, and efforts add [2.52].
 //!
-//! Exact beside gravity, springs and dampers between points, loads on bodies, and what acts along
-//! unknowns and is affine there. Of other laws along unknowns the second derivatives are left out
-//! of `∇²𝓛`, of bushings and laws of anything that moves the third: this slows the method and moves
-//! no optimum.
+//! Exact beside all forces that have their second derivatives, as all of model files do.
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
-use super::piece::{Along, Effect, Kind, Parts};
+use super::piece::{Along, Effect, Kind, Parts, Piece};
 use super::point::{Node, Point};
 use super::problem::{CostKind, Quantity};
 use crate::objective;
@@ -199,7 +196,7 @@ impl Transcription {
                 slope[along.index] += 0.5 * gamma * along.sign * value;
             }
             for own in along {
-                slope[own.index] += gamma * own.sign * own.by_step(piece.s.h);
+                slope[own.index] += gamma * own.sign * own.by_step();
             }
         }
         slope
@@ -294,8 +291,13 @@ impl Transcription {
             let along =
                 |(node, [Y, _]): (&Node, &[DMatrix<f64>; 2])| dot(Y.as_slice(), &node.inertial);
             let sum: f64 = point.nodes.iter().zip(&bent).map(along).sum();
-            let all = point.h * self.problem.steps as f64;
-            lower(time, time, 2.0 * sum / (all * all));
+            let mut second = 2.0 * sum / (point.h * point.h);
+            for (p, piece) in point.pieces.iter().enumerate() {
+                let gamma = self.division.gamma(p);
+                let own = piece.second_by_length(self, &self.at_nodes(piece, &bent));
+                second += gamma * gamma * (own + self.along_by_step(piece, &multipliers));
+            }
+            lower(time, time, second / (self.problem.steps * self.problem.steps) as f64);
         }
         self.emit_cost_hessian(point, factor, &mut lower);
         self.emit_curvature(point, (factor, lambda), &mut lower);
@@ -367,9 +369,12 @@ impl Transcription {
         let at = point.configuration(n);
         for (own, weight) in numbers {
             own.add_slope(at, weight, v.as_mut_slice());
-            let second =
-                |k: usize, l: usize| own.second(at, K.column(k).as_slice(), K.column(l).as_slice());
-            square += weight * DMatrix::from_fn(d, d, second);
+            for k in 0..d {
+                let mut bend = vec![0.0; self.n];
+                own.add_bend(at, K.column(k).as_slice(), weight, &mut bend);
+                let mut row = square.row_mut(k);
+                row.iter_mut().zip(point.along_columns(n, &bend)).for_each(|(o, x)| *o += x);
+            }
         }
         let mixed = Y_k.tr_mul(&WK);
         square += &mixed + mixed.transpose();
@@ -392,17 +397,15 @@ impl Transcription {
             }
         }
         if let Some(time) = self.layout.time {
-            let mut v_h = DMatrix::zeros(self.n, 1);
+            let mut v_h = vec![0.0; self.n];
             for (p, i) in self.division.pieces_at(n) {
                 let (piece, gamma) = (&point.pieces[p], self.division.gamma(p));
-                for j in 0..=self.division.span() {
-                    let Y = (&bent[piece.first + j][0], true);
-                    v_h += piece.times_by_step(self, (j, i), Y, gamma);
-                }
+                let slope = piece.slope_by_length(self, i, &self.at_nodes(piece, bent));
+                v_h.iter_mut().zip(&slope).for_each(|(v, slope)| *v += gamma * slope);
             }
             for j in 0..d {
                 let bent = dot(Y_k.column(j).as_slice(), &node.by_step);
-                let value = bent + K.column(j).dot(&v_h.column(0));
+                let value = bent + dot(K.column(j).as_slice(), &v_h);
                 out(time, at + j, value / self.problem.steps as f64);
             }
         }
@@ -421,9 +424,7 @@ impl Transcription {
         let (first, last) = (piece.first, piece.first + self.division.span());
         let K: Vec<&DMatrix<f64>> =
             point.nodes[first..=last].iter().map(|node| &node.columns).collect();
-        let Y: Vec<&[f64]> = bent[first..=last].iter().map(|own| own[0].as_slice()).collect();
-        let traveled = |j: usize| self.traveled(&point.x, first, j);
-        let of_forces = piece.curvature(self, (&K, &Y), &traveled);
+        let of_forces = piece.curvature(self, &K, &self.at_nodes(piece, bent));
         for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
             let [at, next] = [i, j].map(|i| self.layout.coordinate(first + i));
             let (Some(at), Some(next)) = (at, next) else { continue };
@@ -447,14 +448,37 @@ impl Transcription {
         for k in 0..self.problem.controls.len() {
             self.emit_effect_hessian(point, p, k, (multipliers, bent), out);
         }
-        let (Some(time), Kind::SubStep(along)) = (self.layout.time, &piece.kind) else { return };
+        let Kind::SubStep(along) = &piece.kind else { return };
+        let ends = [(first, Slot::First), (last, Slot::Second)];
         for own in along {
             let y_sum: f64 = [first, last].iter().map(|n| multipliers[*n][own.index]).sum();
-            for at in [first, last].into_iter().filter_map(|n| self.layout.coordinate(n)) {
-                let value = 0.25 * self.division.gamma(p) * own.slopes.by_coordinate * y_sum;
+            for (i, (n, node)) in ends.iter().enumerate() {
+                let Some(at) = self.layout.coordinate(*n) else { continue };
+                for (m, other) in &ends[..=i] {
+                    let Some(before) = self.layout.coordinate(*m) else { continue };
+                    let second = own.bends.by_nodes(piece.s.h, [*node, *other]);
+                    out(at + own.index, before + own.index, own.sign * y_sum * second);
+                }
+                let Some(time) = self.layout.time else { continue };
+                let value = self.division.gamma(p) * y_sum * own.by_step_and_node(piece.s.h, *node);
                 out(time, at + own.index, value / self.problem.steps as f64);
             }
         }
+    }
+
+    /// `Y` at the nodes of a piece.
+    fn at_nodes<'a>(&self, piece: &Piece, bent: &'a [[DMatrix<f64>; 2]]) -> Vec<&'a [f64]> {
+        let nodes = piece.first..=piece.first + self.division.span();
+        bent[nodes].iter().map(|own| own[0].as_slice()).collect()
+    }
+
+    /// The second derivative of `Σ y σ (h/2) τ` of efforts along unknowns by the length of a
+    /// sub-step.
+    fn along_by_step(&self, piece: &Piece, multipliers: &[Vec<f64>]) -> f64 {
+        let Kind::SubStep(along) = &piece.kind else { return 0.0 };
+        let ends = [piece.first, piece.first + self.division.span()];
+        let y = |j: usize| ends.iter().map(|n| multipliers[*n][j]).sum::<f64>();
+        along.iter().map(|own| own.sign * y(own.index) * own.second_by_step(piece.s.h)).sum()
     }
 
     /// What couples the value of a control in a piece with the nodes of the piece and with the
@@ -575,7 +599,17 @@ fn emit_square(slopes: &[(usize, f64)], weight: f64, out: &mut Sink<'_>) {
 
 impl Along {
     /// `∂/∂h` of `(h/2) τ(θ̄, Δθ/h)`.
-    fn by_step(&self, h: f64) -> f64 {
-        0.5 * self.effort - 0.5 * self.slopes.by_rate * self.change / h
+    pub(super) fn by_step(&self) -> f64 {
+        0.5 * (self.effort - self.slopes.by_rate * self.rate)
+    }
+
+    /// `∂²/∂h∂θ` of it by the coordinate at a node.
+    pub(super) fn by_step_and_node(&self, h: f64, node: Slot) -> f64 {
+        0.25 * self.slopes.by_coordinate + self.bends.by_step_and_node(h, self.rate, node)
+    }
+
+    /// `∂²/∂h²` of it: `½ τ_θ̇θ̇ (Δθ)²/h³`.
+    pub(super) fn second_by_step(&self, h: f64) -> f64 {
+        0.5 * self.bends.by_rate * self.rate * self.rate / h
     }
 }

@@ -64,6 +64,7 @@ pub struct Transcription {
     mass: SparseMatrix,
     weight: Vec<f64>, // n  the sum of constant forces
     has_other: bool,
+    acts: bool, // whether anything does but constant forces
     n: usize,
     problem: Problem,
     division: Division,
@@ -72,7 +73,6 @@ pub struct Transcription {
     start_angles: Vec<f64>,
     velocities: Option<Velocities>,
     coordinates: Vec<Option<JointCoordinate>>, // of controls along unknowns
-    along_coordinates: Vec<Option<JointCoordinate>>, // of efforts of the model along unknowns
     start_momentum: Vec<f64>,                  // n
     along_starts: Vec<f64>,                    // coordinates of efforts along unknowns at the start
     references: Vec<Reference>,                // of nodes 0 … N s
@@ -173,8 +173,6 @@ impl Transcription {
         if problem.method.stages().is_some() && unknown {
             return Err(ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
         }
-        let along = system.along_unknowns();
-        let along_coordinates = along.map(|own| coordinate(own.unknown)).collect();
         let velocities = Velocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];
         system.mass().mul_add(1.0, at.v, &mut start_momentum);
@@ -187,13 +185,13 @@ impl Transcription {
             mass: system.mass().clone(),
             weight: system.constant_force(),
             has_other: system.has_other_forces(&[]),
+            acts: system.has_variable_forces(),
             n,
             layout,
             start_time: at.t,
             start_angles: mechanism.principal_angles(at.q),
             velocities,
             coordinates,
-            along_coordinates,
             mechanism: mechanism.clone(),
             start_momentum,
             along_starts,

@@ -8,14 +8,20 @@
 //! ∂y/∂w_{n−1} = (h/2) ∇θ·y_p̄,  or y_p̄·f_w^+ of a wrench,          ∂y/∂h = y_p̄·∂p̄_n/∂h
 //! ```
 //! In Galerkin steps `p̄_n = w_s` [2.29], with the derivatives of `w_s`.
+//! Second derivatives, with the changes `(δq_n, δp̄_n)` along each variable, `ŷ(q_n, p̄_n)`, and what
+//! `y` is by each node `j` of the piece at fixed `y_p̄`, `v_j = y_q δ_jn + (∂p̄_n/∂q_j)ᵀ y_p̄`:
+//! ```text
+//! ∇²y (a, b)   = D²ŷ[(δ_aq, δ_ap̄), (δ_bq, δ_bp̄)]                                                  [2.54]
+//! ∇²y (ξ_i, ξ_j) ∋ K_iᵀ (∂²(y_p̄·p̄_n)/∂q_i∂q_j) K_j + δ_ij v_j·K_kl
+//! ∇²y (w, ξ_j)   ∋ K_jᵀ ∂/∂q_j (y_p̄·∂p̄_n/∂w),      of h likewise
+//! ```
 //! Multipliers and accelerations are those of the step from the node, which the last one has none
-//! of. Second derivatives of numbers with velocities are differences of these slopes, by one
-//! coordinate of every other node at once, since each reads two nodes, of Galerkin steps `s + 1`:
-//! they steer the method and move no optimum.
+//! of.
+#![allow(non_snake_case)] // K, X, Y
 
 use super::Transcription;
 use super::derivatives::Sink;
-use super::piece::Kind;
+use super::piece::{Effect, Kind, Piece, add_product, products};
 use super::point::Point;
 use super::problem::{Acts, Control, CostKind, Problem, ProblemError, Quantity};
 use crate::node::{NodeQuantity, Reads};
@@ -31,13 +37,10 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
 use vi_core::force::DiscreteForce as _;
 use vi_core::interval::StepChange;
 use vi_core::linear::dot;
-use vi_core::sparse::{Block, Entries, Product};
+use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{MechanicalSystem as _, SeparableSystem, Slot, State};
 use vi_multibody::Mechanism;
 use vi_multibody::joint_coordinate::JointCoordinate;
-
-/// Changes of variables for second derivatives, in parts of their size or of 1.
-const CHANGE: f64 = 1e-7;
 
 /// What numbers of nodes with their velocities are read by.
 #[derive(Debug)]
@@ -76,6 +79,7 @@ impl Velocities {
                 Reads { forces: true, .. } => "multipliers of the step from the node",
                 Reads { internal: true, .. } => "what all steps before it have done",
                 _ if free && own.reads_time() => "the time, and the final time is free",
+                _ if own.curved().is_none() => "what has no second derivatives",
                 _ => continue,
             };
             return Err(ProblemError::Reads(name.to_owned(), what));
@@ -238,65 +242,152 @@ impl Transcription {
         all.reader.add_slopes((own, &|_| 1.0), (&state, Known::State), slopes, &mut []);
         let Costate { q: of_q, p: of_p, .. } = by;
         let (span, mut slopes) = (self.division.span(), Vec::new());
+        let of_p = DMatrix::from_vec(self.n, 1, of_p);
         for j in (0..=span).rev() {
-            let mut slope = self.momentum_slope(point, (number, &state), j, &of_p);
+            let node = piece.first + j;
+            let Some(at) = self.layout.coordinate(node) else { continue };
+            let mut slope = self.momentum_slope(point, (number, &state), j, (&of_p, true));
             if j == span {
                 slope.iter_mut().zip(&of_q).for_each(|(slope, y)| *slope += y);
             }
-            let node = piece.first + j;
-            if let Some(at) = self.layout.coordinate(node) {
-                slopes.extend((at..).zip(point.along_columns(node, &slope)));
-            }
+            slopes.extend((at..).zip(point.along_columns(node, slope.as_slice())));
         }
-        let mut by_step = self.momentum_by_step(point, number, &of_p);
-        let gamma = self.division.gamma(number);
+        let along = |change: Vec<f64>| dot(&change, of_p.as_slice());
         for k in 0..self.problem.controls.len() {
-            let at = self.acting(k, number);
-            let along = match (&piece.kind, &self.coordinates[k]) {
-                (Kind::SubStep(_), Some(own)) => 0.5 * piece.s.h * own.rate(&state.q, &of_p),
-                _ => piece.effect_along(self, k, span, &of_p),
-            };
-            slopes.push((at, along));
-            if let Kind::SubStep(_) = piece.kind {
-                by_step += point.x[at] * along * gamma / piece.s.h;
-            }
+            let by_control = along(self.momentum_by_control(piece, &state, k));
+            slopes.push((self.acting(k, number), by_control));
         }
-        slopes.extend(self.layout.time.map(|time| (time, by_step / self.problem.steps as f64)));
+        let by_time = |time| (time, along(self.momentum_by_time(point, number, &state)));
+        slopes.extend(self.layout.time.map(by_time));
         slopes
     }
 
-    /// `(∂p̄_n/∂q_j)ᵀ y` of the momentum with which a piece ends, `q_j` its node of this number.
+    /// `∂p̄_n/∂q_j X`, or its transpose times `X`, of the momentum with which a piece ends, `q_j` its
+    /// node of this number.
     fn momentum_slope(
         &self,
         point: &Point,
         (number, state): (usize, &State),
         j: usize,
-        y: &[f64],
-    ) -> Vec<f64> {
+        (X, transposed): (&DMatrix<f64>, bool),
+    ) -> DMatrix<f64> {
         let (piece, span) = (&point.pieces[number], self.division.span());
         if let Kind::Galerkin(_) = piece.kind {
-            let y = DMatrix::from_column_slice(self.n, 1, y);
-            return piece.times(self, (span, j), &y, true).sum().as_slice().to_vec();
+            return piece.times(self, (span, j), X, transposed).sum();
         }
-        let (s, mut slope) = (&piece.s, vec![0.0; self.n]);
-        let mut pull = |emit: &dyn Fn(&mut dyn Entries)| {
-            let into = &mut Product { v: y, out: &mut slope };
-            emit(&mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true });
-        };
-        let by = Slot::BOTH[j];
-        match by {
-            Slot::First => pull(&|out| self.system.forced_d1_d2(s, out)),
-            Slot::Second => pull(&|out| self.system.forced_d2_d2(s, out)),
+        let (s, by) = (&piece.s, Slot::BOTH[j]);
+        let matrix = SparseMatrix::assemble(self.n, self.n, |out| {
+            match by {
+                Slot::First => self.system.forced_d1_d2(s, out),
+                Slot::Second => self.system.forced_d2_d2(s, out),
+            }
+            piece.wrenches.iter().for_each(|load| load.add_slope(s, Slot::Second, by, out));
+            for (_, value, own) in self.efforts_of(point, number).filter(|_| by == Slot::Second) {
+                own.emit_second(&state.q, 0.5 * s.h * value, out);
+            }
+        });
+        let mut product = DMatrix::zeros(self.n, X.ncols());
+        add_product(1.0, &matrix, X, transposed, &mut product);
+        product
+    }
+
+    /// `∂p̄_n/∂w` of a control, shape `n`.
+    fn momentum_by_control(&self, piece: &Piece, state: &State, control: usize) -> Vec<f64> {
+        match (piece.effect(self, control, self.division.span()), &self.coordinates[control]) {
+            (Effect::Force(force), _) => force,
+            (Effect::Unknown(..), own) => {
+                let mut force = vec![0.0; self.n];
+                if let Some(own) = own {
+                    own.add_gradient(&state.q, 0.5 * piece.s.h, &mut force);
+                }
+                force
+            }
         }
-        for load in &piece.wrenches {
-            pull(&|out| load.add_slope(s, Slot::Second, by, out));
+    }
+
+    /// `∂p̄_n/∂T`, shape `n`.
+    fn momentum_by_time(&self, point: &Point, number: usize, state: &State) -> Vec<f64> {
+        let (piece, span) = (&point.pieces[number], self.division.span());
+        let part = self.division.gamma(number) / self.problem.steps as f64;
+        let mut change = vec![0.0; self.n];
+        if let Kind::Galerkin(_) = piece.kind {
+            let [inertial, other] = piece.momentum(self, span);
+            change = piece.by_length(self, span, &other);
+            let both = change.iter_mut().zip(&inertial);
+            both.for_each(|(change, w)| *change = part * (*change - w / piece.s.h));
+            return change;
         }
-        if by == Slot::Second {
-            for (_, value, own) in self.efforts_of(point, number) {
-                own.add_bend(&state.q, y, 0.5 * s.h * value, &mut slope);
+        let by = StepChange { length: part, middle: 0.0 }; // nothing depends on the time itself
+        if self.system.add_step_slope(&piece.s, Slot::Second, by, &mut change).is_err() {
+            change.fill(f64::NAN);
+        }
+        for k in 0..self.problem.controls.len() {
+            let scale = point.x[self.acting(k, number)] * part / piece.s.h;
+            let force = self.momentum_by_control(piece, state, k);
+            change.iter_mut().zip(&force).for_each(|(change, f)| *change += scale * f);
+        }
+        change
+    }
+
+    /// Emits `∂²(y·p̄_n)/∂q_i∂q_j` of the momentum with which a piece ends, `Y`: zero but for `y` at
+    /// its last node.
+    fn emit_momentum_bend(
+        &self,
+        point: &Point,
+        (number, state): (usize, &State),
+        Y: &[&[f64]],
+        (i, j): (usize, usize),
+        out: &mut dyn Entries,
+    ) {
+        let piece = &point.pieces[number];
+        if let Kind::Galerkin(_) = piece.kind {
+            return piece.emit_bend(self, Y, (i, j), out);
+        }
+        let (s, Y, slots) = (&piece.s, [Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
+        self.system.forced_bend(s, Y, slots, out);
+        piece.wrenches.iter().for_each(|load| load.add_bend(s, Y, slots, out));
+        for (_, value, own) in self.efforts_of(point, number).filter(|_| i == 1 && j == 1) {
+            own.emit_third(&state.q, Y[1], 0.5 * s.h * value, out);
+        }
+    }
+
+    /// `∂²(y·p̄_n)/∂h∂q_j` of the momentum with which a piece ends, `h` its length, `Y` as above.
+    fn momentum_slope_by_length(
+        &self,
+        point: &Point,
+        (number, state): (usize, &State),
+        j: usize,
+        Y: &[&[f64]],
+    ) -> Vec<f64> {
+        let piece = &point.pieces[number];
+        let mut slope = piece.slope_by_length(self, j, Y);
+        let Kind::SubStep(along) = &piece.kind else { return slope };
+        let (s, node, y) = (&piece.s, Slot::BOTH[j], Y[1]);
+        let at_end = node == Slot::Second;
+        for (_, value, own) in self.efforts_of(point, number).filter(|_| at_end) {
+            own.add_bend(&state.q, y, 0.5 * value, &mut slope);
+        }
+        for (own, effort) in self.system.along_unknowns().zip(along) {
+            let by_node = own.force.rate(&state.q, y) * effort.by_step_and_node(s.h, node);
+            own.force.add_gradient(s.node(node), by_node, &mut slope);
+            if at_end {
+                own.force.add_bend(&state.q, y, effort.by_step(), &mut slope);
             }
         }
         slope
+    }
+
+    /// `∂²(y·p̄_n)/∂h²` of the same.
+    fn momentum_second_by_length(&self, piece: &Piece, state: &State, Y: &[&[f64]]) -> f64 {
+        let (h, span) = (piece.s.h, self.division.span());
+        let [inertial, _] = piece.momentum(self, span);
+        let mut second = 2.0 * dot(&inertial, Y[span]) / (h * h) + piece.second_by_length(self, Y);
+        if let Kind::SubStep(along) = &piece.kind {
+            for (own, effort) in self.system.along_unknowns().zip(along) {
+                second += own.force.rate(&state.q, Y[1]) * effort.second_by_step(h);
+            }
+        }
+        second
     }
 
     /// The numbers of nodes with their velocities that count, with their nodes and their factors in
@@ -322,69 +413,107 @@ impl Transcription {
         all
     }
 
-    /// Variables of which each number of a node reads one at most, each with its change.
-    fn apart(&self, x: &[f64]) -> Vec<Vec<(usize, f64)>> {
-        let change = |at: usize| (at, CHANGE * (1.0 + x[at].abs()));
-        let read = self.division.span() + 1; // nodes of a number
-        let coordinates = |first: usize, j: usize| {
-            let nodes = (first..=self.division.last()).step_by(read);
-            nodes.filter_map(|n| Some(change(self.layout.coordinate(n)? + j))).collect()
-        };
-        let d = self.chart.dof();
-        let mut sets: Vec<Vec<_>> = (0..read * d).map(|k| coordinates(1 + k / d, k % d)).collect();
-        let controls = 0..self.problem.controls.len();
-        let values = |k: usize| self.layout.values(k).iter().map(|at| change(*at)).collect();
-        sets.extend(controls.map(values));
-        sets.extend(self.layout.time.map(|time| vec![change(time)]));
-        sets
-    }
-
     /// Emits `Σ c ∇²y` of numbers with velocities, `c`: their factors.
     pub(super) fn emit_curvature(&self, point: &Point, factors: (f64, &[f64]), out: &mut Sink<'_>) {
-        let numbers = self.factors(point, factors);
-        if numbers.is_empty() {
-            return;
-        }
-        let slopes = |at: &Point| -> Vec<Vec<(usize, f64)>> {
-            numbers.iter().map(|(n, own, _)| self.quantity_slope(at, own, *n)).collect()
-        };
-        let here = slopes(point);
-        for set in self.apart(&point.x) {
-            let mut x = point.x.clone();
-            set.iter().for_each(|(at, change)| x[*at] += change);
-            let there = self.point_at(&x).map_or_else(|_| here.clone(), |moved| slopes(&moved));
-            for ((from, to), (_, _, factor)) in here.iter().zip(&there).zip(&numbers) {
-                let Some((of, change)) =
-                    set.iter().find(|(of, _)| from.iter().any(|own| own.0 == *of))
-                else {
-                    continue;
-                };
-                for ((at, slope), (_, moved)) in from.iter().zip(to) {
-                    let both = if at == of { 1.0 } else { 0.5 }; // each of two entries
-                    out(*at, *of, both * factor * (moved - slope) / change);
+        for (n, own, factor) in self.factors(point, factors) {
+            let Quantity::Node(own) = own else { continue };
+            let Some(number) = self.before(n) else { continue };
+            let (variables, second) = self.node_second(point, &**own, number, n);
+            for (i, a) in variables.iter().enumerate() {
+                for (j, b) in variables[..=i].iter().enumerate() {
+                    out(*a, *b, factor * second[(i, j)]);
                 }
             }
         }
     }
 
-    /// `y_p̄·∂p̄_n/∂h` of the momentum with which a piece ends, of a sub-step without controls;
-    /// zero where the time is given.
-    fn momentum_by_step(&self, point: &Point, number: usize, of_p: &[f64]) -> f64 {
-        if self.layout.time.is_none() {
-            return 0.0;
+    /// The variables that a number at a node reads with its second derivatives by these; not a
+    /// number where it has none.
+    fn node_second(
+        &self,
+        point: &Point,
+        own: &dyn NodeQuantity,
+        number: usize,
+        n: usize,
+    ) -> (Vec<usize>, DMatrix<f64>) {
+        let (piece, state) = (&point.pieces[number], self.state(point, n));
+        let (span, d, of) = (self.division.span(), self.chart.dof(), (number, &state));
+        let (mut variables, mut changes) = (Vec::new(), Vec::new());
+        let still = || vec![0.0; self.n];
+        let nodes: Vec<(usize, usize)> = (0..=span)
+            .filter_map(|j| Some((j, self.layout.coordinate(piece.first + j)?)))
+            .collect();
+        for &(j, at) in &nodes {
+            let K = &point.nodes[piece.first + j].columns;
+            let moved = self.momentum_slope(point, of, j, (K, false));
+            for (k, (own, dp)) in K.column_iter().zip(moved.column_iter()).enumerate() {
+                let dq = if j == span { own.as_slice().to_vec() } else { still() };
+                variables.push(at + k);
+                changes.push([dq, dp.as_slice().to_vec()]);
+            }
         }
-        let (piece, length) = (&point.pieces[number], self.division.gamma(number));
-        let span = self.division.span();
-        if let Kind::Galerkin(_) = piece.kind {
-            let [inertial, other] = piece.momentum(self, span);
-            let rest = dot(&piece.by_length(self, span, &other), of_p);
-            return length * (rest - dot(&inertial, of_p) / piece.s.h);
+        let first_control = variables.len();
+        for k in 0..self.problem.controls.len() {
+            variables.push(self.acting(k, number));
+            changes.push([still(), self.momentum_by_control(piece, &state, k)]);
         }
-        let mut change = vec![0.0; self.n];
-        let by = StepChange { length, middle: 0.0 }; // nothing depends on the time itself
-        match self.system.add_step_slope(&piece.s, Slot::Second, by, &mut change) {
-            Ok(()) => dot(&change, of_p),
-            Err(_) => f64::NAN,
+        if let Some(time) = self.layout.time {
+            variables.push(time);
+            changes.push([still(), self.momentum_by_time(point, number, &state)]);
         }
+        let count = variables.len();
+        let found =
+            self.velocities.as_ref().and_then(|all| all.reader.second(own, &state, &changes));
+        let Some(([of_q, of_p], mut second)) = found else {
+            return (variables, DMatrix::from_element(count, count, f64::NAN));
+        };
+        // y_p̄ times the second derivatives of p̄_n, and of the nodes by the coordinates
+        let zero = still();
+        let mut Y = vec![&zero[..]; span + 1];
+        Y[span] = &of_p;
+        let K: Vec<&DMatrix<f64>> =
+            (0..=span).map(|j| &point.nodes[piece.first + j].columns).collect();
+        let bent = products(&K, |i, j, out| self.emit_momentum_bend(point, of, &Y, (i, j), out));
+        let of_p = DMatrix::from_column_slice(self.n, 1, &of_p);
+        for (a, &(i, _)) in nodes.iter().enumerate() {
+            for (b, &(j, _)) in nodes.iter().enumerate().skip(a) {
+                let mut block = second.view_mut((b * d, a * d), (d, d));
+                block += bent[i][j].transpose();
+            }
+            let mut slope = self.momentum_slope(point, of, i, (&of_p, true));
+            if i == span {
+                slope.iter_mut().zip(&of_q).for_each(|(slope, y)| *slope += y);
+            }
+            let placed = &point.nodes[piece.first + i].placed;
+            let mut own = second.view_mut((a * d, a * d), (d, d));
+            own += self.chart.curvature(placed, slope.as_slice());
+        }
+        let mut add = |row: usize, node: usize, slope: &[f64], scale: f64| {
+            let along = point.along_columns(piece.first + nodes[node].0, slope);
+            for (k, along) in along.into_iter().enumerate() {
+                second[(row, node * d + k)] += scale * along;
+            }
+        };
+        for k in 0..self.problem.controls.len() {
+            let mut slopes = piece.effect_slopes(self, k, &Y);
+            if let (Kind::SubStep(_), Some(own)) = (&piece.kind, &self.coordinates[k]) {
+                own.add_bend(&state.q, Y[span], 0.5 * piece.s.h, &mut slopes[span]);
+            }
+            for (a, &(j, _)) in nodes.iter().enumerate() {
+                add(first_control + k, a, &slopes[j], 1.0);
+            }
+        }
+        if self.layout.time.is_some() {
+            let (row, part) = (count - 1, self.division.gamma(number) / self.problem.steps as f64);
+            for (a, &(j, _)) in nodes.iter().enumerate() {
+                add(row, a, &self.momentum_slope_by_length(point, of, j, &Y), part);
+            }
+            for k in 0..self.problem.controls.len() {
+                let along = dot(&self.momentum_by_control(piece, &state, k), Y[span]);
+                second[(row, first_control + k)] += part / piece.s.h * along;
+            }
+            second[(row, row)] += part * part * self.momentum_second_by_length(piece, &state, &Y);
+        }
+        (variables, second)
     }
 }

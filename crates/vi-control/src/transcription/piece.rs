@@ -4,25 +4,20 @@
 //! w_0 = D_1L_d + f_d^-,   w_1 = D_2L_d + f_d^+                                        a sub-step
 //! w_i = (1/h) M Σ_j K_ij Δ_j + h Σ_k b_k E_ki F(Q_k, V_k),   F = f − ∇V                a Galerkin step [2.26]
 //! ∂w_i/∂q_j = (1/h) K_ij M + Σ_k b_k E_ki (h E_kj F_q + D_kj F_v)                                      [2.49]
+//! ∂²(Σ Y·w)/∂q_i∂q_j = Σ_k h b_k [ E_ki E_kj ∂_q∂_q + (E_ki D_kj ∂_q∂_v + D_ki E_kj ∂_v∂_q)/h
+//!                       + D_ki D_kj ∂_v∂_v/h² ] Z_k·F,     Z_k = Σ_i E_ki Y_i
 //! ```
 //! The controls of a step act in all its pieces. Efforts along unknowns act in a sub-step by
 //! `σ (h/2) τ e_j` at both ends and are no part of `w`; in a Galerkin step they are part of `F`, by
-//! `τ ∇θ(Q_k)`. With `Z_k = Σ_i E_ki Y_i` such an effort adds to `∇²𝓛`
-//! ```text
-//! h b_k E_ki E_kj [ τ D³θ[Z] + (D²θ Z) t_qᵀ + t_q (D²θ Z)ᵀ + (∇θ·Z) (τ_θ D²θ + τ_θ̇ D³θ[V]) ]        [2.52]
-//!   + b_k τ_θ̇ ( E_ki D_kj S + D_ki E_kj Sᵀ ),    S = (D²θ Z) ∇θᵀ + (∇θ·Z) D²θ,    t_q = τ_θ ∇θ + τ_θ̇ D²θ V
-//! ```
-//! where it is affine in `θ` and `θ̇`.
+//! `τ ∇θ(Q_k)`, with the second derivatives [2.52].
 #![allow(non_snake_case)] // D, E, K, Q, V, X, Y, Z
 
 use super::Transcription;
 use nalgebra::DMatrix;
-use std::f64::consts::TAU;
 use std::sync::OnceLock;
 use vi_constraints::galerkin::GaussSlopes;
 use vi_constraints::galerkin::control_points::ControlPoints;
-use vi_core::Configuration;
-use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
+use vi_core::coordinate_force::{EffortBends, EffortSlopes, SignedUnknown};
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
 use vi_core::force::DiscreteForce as _;
 use vi_core::galerkin::{GaussPoint, Stages};
@@ -55,8 +50,10 @@ pub(super) struct Along {
     pub(super) effort: f64,
     /// Its derivatives.
     pub(super) slopes: EffortSlopes,
-    /// `Δθ`.
-    pub(super) change: f64,
+    /// Its second ones.
+    pub(super) bends: EffortBends,
+    /// `Δθ/h`.
+    pub(super) rate: f64,
 }
 
 /// What is of one kind of piece alone.
@@ -76,8 +73,6 @@ pub(super) struct Action {
     efforts: Vec<(usize, f64, JointCoordinate)>,
     /// `h ∂w_i/∂q_j` without inertia, row after row.
     blocks: OnceLock<Vec<SparseMatrix>>,
-    /// `∂(h F_q)/∂h` at each Gauss node.
-    still: OnceLock<Vec<SparseMatrix>>,
 }
 
 /// How a control acts at a node.
@@ -116,7 +111,7 @@ impl Parts {
 }
 
 /// `out ← out + scale A X`, or with `Aᵀ`.
-fn add_product(
+pub(super) fn add_product(
     scale: f64,
     matrix: &SparseMatrix,
     X: &DMatrix<f64>,
@@ -130,6 +125,22 @@ fn add_product(
     for (x, o) in X.as_slice().chunks_exact(n).zip(out.as_mut_slice().chunks_exact_mut(n)) {
         matrix.tr_mul_add(scale, x, o);
     }
+}
+
+/// `K_iᵀ B_ij K_j` of matrices between the nodes of a piece, `i ≤ j`; zero for others.
+pub(super) fn products(
+    K: &[&DMatrix<f64>],
+    emit: impl Fn(usize, usize, &mut dyn Entries),
+) -> Vec<Vec<DMatrix<f64>>> {
+    let (n, d) = K[0].shape();
+    let mut all = vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
+    for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
+        let mut product = DMatrix::zeros(n, d);
+        let matrix = SparseMatrix::assemble(n, n, |out| emit(i, j, out));
+        matrix.mul_dense_add(1.0, K[j], &mut product);
+        all[i][j] = K[i].tr_mul(&product);
+    }
+    all
 }
 
 impl Piece {
@@ -164,8 +175,7 @@ impl Piece {
             let at = node.place(&s);
             wrenches.iter().for_each(|load| load.add_continuous(at, &node.v, force));
         }
-        let (blocks, still) = (OnceLock::new(), OnceLock::new());
-        let action = Action { points, efforts, blocks, still };
+        let action = Action { points, efforts, blocks: OnceLock::new() };
         Self { first, s, wrenches, kind: Kind::Galerkin(Box::new(action)) }
     }
 
@@ -261,33 +271,58 @@ impl Piece {
         parts
     }
 
-    /// The derivative of [`Piece::times`] by the length of a whole step, `length` of a piece in
-    /// parts of it.
-    pub(super) fn times_by_step(
-        &self,
-        of: &Transcription,
-        at: (usize, usize),
-        (X, transposed): (&DMatrix<f64>, bool),
-        length: f64,
-    ) -> DMatrix<f64> {
-        let (h, parts) = (self.s.h, self.times(of, at, X, transposed));
-        let mut slope = parts.inertial * (-length / h);
-        match &self.kind {
-            Kind::SubStep(_) => {
-                if let Some(other) = parts.other {
-                    slope += other * (length / h);
-                }
-            }
-            Kind::Galerkin(action) => {
-                let constants = action.points.constants();
-                for (k, still) in self.still_slopes(of, action).iter().enumerate() {
-                    let E = constants.E[(k, at.0)] * constants.E[(k, at.1)];
-                    let weight = length * constants.gauss_weights[k] * E;
-                    add_product(weight, still, X, transposed, &mut slope);
-                }
+    /// The derivative of `Σ_j (∂w_j/∂q_i)ᵀ Y_j` by the length of the piece, shape `n`.
+    pub(super) fn slope_by_length(&self, of: &Transcription, i: usize, Y: &[&[f64]]) -> Vec<f64> {
+        let (h, mut slope) = (self.s.h, DMatrix::zeros(of.n, 1));
+        let is_action = matches!(self.kind, Kind::Galerkin(_));
+        for (j, Y) in Y.iter().enumerate() {
+            let Y = DMatrix::from_column_slice(of.n, 1, Y);
+            let parts = self.times(of, (j, i), &Y, true);
+            slope -= parts.inertial / h;
+            if let Some(other) = parts.other.filter(|_| !is_action) {
+                slope += other / h;
             }
         }
-        slope
+        let Kind::Galerkin(action) = &self.kind else { return slope.as_slice().to_vec() };
+        let constants = action.points.constants();
+        for (k, node) in action.points.gauss().iter().enumerate() {
+            let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
+            let [mut still, mut moving] = [(); 2].map(|()| vec![0.0; of.n]);
+            {
+                // F_qᵀ Z − ∂_q∂_v(Z·F) V
+                let into = &mut Product { v: &Z, out: &mut still };
+                let out = &mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+                of.system.gauss_slopes(at, &node.v, [1.0, 0.0], out);
+                self.emit_controls(action, node, [1.0, 0.0], out);
+            }
+            let by = [0.0, -1.0, 0.0, 0.0];
+            let out = &mut Product { v: &node.v, out: &mut still };
+            of.system.gauss_bend(at, &node.v, &Z, by, out);
+            let by = [0.0, 0.0, 0.0, -1.0 / h];
+            let out = &mut Product { v: &node.v, out: &mut moving };
+            of.system.gauss_bend(at, &node.v, &Z, by, out);
+            let b = constants.gauss_weights[k];
+            let [E, D] = [constants.E[(k, i)], constants.D[(k, i)]].map(|part| b * part);
+            for ((slope, still), moving) in slope.iter_mut().zip(&still).zip(&moving) {
+                *slope += E * still + D * moving;
+            }
+        }
+        slope.as_slice().to_vec()
+    }
+
+    /// The second derivative of `Σ Y·w` without inertia by the length of the piece; of a sub-step
+    /// what is not inertial goes with the length.
+    pub(super) fn second_by_length(&self, of: &Transcription, Y: &[&[f64]]) -> f64 {
+        let Kind::Galerkin(action) = &self.kind else { return 0.0 };
+        let mut sum = 0.0;
+        for (k, node) in action.points.gauss().iter().enumerate() {
+            let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
+            let mut turned = vec![0.0; of.n];
+            let out = &mut Product { v: &node.v, out: &mut turned };
+            of.system.gauss_bend(at, &node.v, &Z, [0.0, 0.0, 0.0, 1.0], out);
+            sum += action.points.constants().gauss_weights[k] * dot(&turned, &node.v) / self.s.h;
+        }
+        sum
     }
 
     /// `h ∂w_i/∂q_j` without inertia, row after row.
@@ -305,20 +340,6 @@ impl Piece {
                 })
             };
             (0..count * count).map(block).collect()
-        })
-    }
-
-    /// `∂(h F_q)/∂h` at the Gauss nodes, where `F` is affine in `V`: `F_q` at rest.
-    fn still_slopes<'a>(&self, of: &Transcription, action: &'a Action) -> &'a [SparseMatrix] {
-        action.still.get_or_init(|| {
-            let (rest, by) = (vec![0.0; of.n], [1.0, 0.0]);
-            let slopes = |node: &GaussPoint| {
-                SparseMatrix::assemble(of.n, of.n, |out| {
-                    of.system.gauss_slopes(node.place(&self.s), &rest, by, out);
-                    self.emit_controls(action, node, by, out);
-                })
-            };
-            action.points.gauss().iter().map(slopes).collect()
         })
     }
 
@@ -429,53 +450,26 @@ impl Piece {
         Z
     }
 
-    /// The efforts at a Gauss node: coordinate, `τ`, its derivatives.
-    fn efforts_at<'a>(
-        &'a self,
-        of: &'a Transcription,
-        action: &'a Action,
-        node: &'a GaussPoint,
-        traveled: &'a dyn Fn(usize) -> f64,
-    ) -> impl Iterator<Item = (&'a JointCoordinate, f64, EffortSlopes)> {
-        let own = action.efforts.iter().map(|(_, tau, own)| (own, *tau, EffortSlopes::default()));
-        let of_model = of.system.along_unknowns().zip(&of.along_starts).zip(&of.along_coordinates);
-        own.chain(of_model.filter_map(move |((along, start), coordinate)| {
-            let own = coordinate.as_ref()?;
-            let near = start + along.unknown.sign * traveled(along.unknown.index);
-            let principal = own.at(Configuration::new(node.t, &node.q));
-            let turns = if own.is_angle() { ((near - principal) / TAU).round() } else { 0.0 };
-            let (theta, rate) = (principal + TAU * turns, own.rate(&node.q, &node.v));
-            let tau = along.force.effort(node.t, theta, rate);
-            Some((own, tau, along.force.slopes(node.t, theta, rate)))
-        }))
-    }
-
-    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)` by their second derivatives, with the columns `K` and
-    /// the `Y` of all nodes of the piece; `None` where nothing does.
+    /// What forces add to `∇²𝓛 (ξ_i, ξ_j)`, `i ≤ j`, by their second derivatives, with the columns
+    /// `K` and the `Y` of all nodes of the piece; `None` where nothing does.
     pub(super) fn curvature(
         &self,
         of: &Transcription,
-        (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
-        traveled: &dyn Fn(usize) -> f64,
+        K: &[&DMatrix<f64>],
+        Y: &[&[f64]],
     ) -> Option<Vec<Vec<DMatrix<f64>>>> {
-        let of_efforts = self.effort_curvature(of, (K, Y), traveled);
-        if !of.has_other && self.wrenches.is_empty() {
-            return of_efforts;
+        let acts = match &self.kind {
+            Kind::SubStep(_) => of.has_other,
+            Kind::Galerkin(action) => of.acts || !action.efforts.is_empty(),
+        };
+        if !acts && self.wrenches.is_empty() {
+            return None;
         }
-        let d = of.chart.dof();
-        let zero = || vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
-        let mut sum = of_efforts.unwrap_or_else(zero);
-        for (i, j) in (0..K.len()).flat_map(|j| (0..=j).map(move |i| (i, j))) {
-            let emit = |out: &mut dyn Entries| self.emit_bend(of, Y, (i, j), out);
-            let mut product = DMatrix::zeros(of.n, d);
-            SparseMatrix::assemble(of.n, of.n, emit).mul_dense_add(1.0, K[j], &mut product);
-            sum[i][j] += K[i].tr_mul(&product);
-        }
-        Some(sum)
+        Some(products(K, |i, j, out| self.emit_bend(of, Y, (i, j), out)))
     }
 
-    /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial, as far as it is known.
-    fn emit_bend(
+    /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial.
+    pub(super) fn emit_bend(
         &self,
         of: &Transcription,
         Y: &[&[f64]],
@@ -498,88 +492,15 @@ impl Piece {
                     let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
                     let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)] / h);
                     let by = [E_i * E_j, E_i * D_j, D_i * E_j, D_i * D_j].map(|by| h * b * by);
-                    if of.has_other {
-                        of.system.gauss_bend_beside_unknowns(at, &node.v, &Z, by, out);
+                    of.system.gauss_bend(at, &node.v, &Z, by, out);
+                    for (_, tau, own) in &action.efforts {
+                        own.emit_third(at.q, &Z, by[0] * tau, out);
                     }
                     for load in &self.wrenches {
                         load.add_gauss_bend(at, &node.v, &Z, by, out);
                     }
                 }
             }
-        }
-    }
-
-    /// What efforts add to `∇²𝓛 (ξ_i, ξ_j)` of a Galerkin step, with the columns `K` and the `Y` of
-    /// all its nodes; `None` in a sub-step.
-    fn effort_curvature(
-        &self,
-        of: &Transcription,
-        (K, Y): (&[&DMatrix<f64>], &[&[f64]]),
-        traveled: &dyn Fn(usize) -> f64,
-    ) -> Option<Vec<Vec<DMatrix<f64>>>> {
-        let Kind::Galerkin(action) = &self.kind else { return None };
-        let (h, constants, d) = (self.s.h, action.points.constants(), of.chart.dof());
-        let mut sum = vec![vec![DMatrix::zeros(d, d); K.len()]; K.len()];
-        for (k, node) in action.points.gauss().iter().enumerate() {
-            let (q, Z) = (&node.q[..], self.at_gauss(of, action, k, Y));
-            let b = constants.gauss_weights[k];
-            for (own, tau, slopes) in self.efforts_at(of, action, node, traveled) {
-                let along = |x: &[f64]| -> Vec<DMatrix<f64>> {
-                    let x = DMatrix::from_column_slice(x.len(), 1, x);
-                    K.iter().map(|K| K.tr_mul(&x)).collect()
-                };
-                let vector = |add: &dyn Fn(&mut [f64])| {
-                    let mut x = vec![0.0; of.n];
-                    add(&mut x);
-                    along(&x)
-                };
-                let gradient = vector(&|x| own.add_gradient(q, 1.0, x));
-                let bent = vector(&|x| own.add_bend(q, &Z, 1.0, x));
-                let by_q = vector(&|x| {
-                    own.add_gradient(q, slopes.by_coordinate, x);
-                    own.add_bend(q, &node.v, slopes.by_rate, x);
-                });
-                let (a, c) = (own.rate(q, &Z), slopes.by_rate);
-                let matrix = |emit: &dyn Fn(&mut dyn Entries)| {
-                    SparseMatrix::assemble(of.n, of.n, |out| emit(out))
-                };
-                let third = matrix(&|out| {
-                    own.emit_third(q, &Z, tau, out);
-                    own.emit_second(q, a * slopes.by_coordinate, out);
-                    if c != 0.0 {
-                        own.emit_third(q, &node.v, a * c, out);
-                    }
-                });
-                let second = (c != 0.0).then(|| matrix(&|out| own.emit_second(q, a, out)));
-                let times = |matrix: &SparseMatrix, i: usize, j: usize| {
-                    let mut product = DMatrix::zeros(of.n, d);
-                    matrix.mul_dense_add(1.0, K[j], &mut product);
-                    K[i].tr_mul(&product)
-                };
-                for (i, row) in sum.iter_mut().enumerate() {
-                    for (j, out) in row.iter_mut().enumerate() {
-                        let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
-                        let mut own = times(&third, i, j);
-                        own += &bent[i] * by_q[j].transpose() + &by_q[i] * bent[j].transpose();
-                        *out += h * b * E_i * E_j * own; // [2.52]
-                        let Some(second) = &second else { continue };
-                        let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)]);
-                        let mixed = times(second, i, j);
-                        let left = &mixed + &bent[i] * gradient[j].transpose();
-                        let right = mixed + &gradient[i] * bent[j].transpose();
-                        *out += b * c * (E_i * D_j * left + D_i * E_j * right);
-                    }
-                }
-            }
-        }
-        Some(sum)
-    }
-
-    /// `v·` of how a control acts at node `i`.
-    pub(super) fn effect_along(&self, of: &Transcription, k: usize, i: usize, v: &[f64]) -> f64 {
-        match self.effect(of, k, i) {
-            Effect::Unknown(..) => 0.0,
-            Effect::Force(force) => dot(&force, v),
         }
     }
 }

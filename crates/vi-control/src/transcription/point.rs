@@ -193,13 +193,14 @@ impl Transcription {
         let at = |(own, start): (vi_core::coordinate_force::AlongUnknown<'_>, &f64)| {
             let (index, sign) = (own.unknown.index, own.unknown.sign);
             let [from, to] = [n, n + 1].map(|k| start + sign * self.traveled(x, k, index));
-            let (mean, change) = (0.5 * (from + to), to - from);
+            let (t, mean, rate) = (s.t_mid(), 0.5 * (from + to), (to - from) / s.h);
             Along {
                 index,
                 sign,
-                effort: own.force.effort(s.t_mid(), mean, change / s.h),
-                slopes: own.force.slopes(s.t_mid(), mean, change / s.h),
-                change,
+                effort: own.force.effort(t, mean, rate),
+                slopes: own.force.slopes(t, mean, rate),
+                bends: own.force.bends(t, mean, rate),
+                rate,
             }
         };
         all.map(at).collect()

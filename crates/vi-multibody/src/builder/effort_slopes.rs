@@ -41,9 +41,53 @@ impl NamedForce {
             _ => {}
         }
     }
+
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of the
+    /// efforts at a node; nothing where it is no law, or one with states.
+    pub fn add_effort_bends(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        (k, scale): (usize, f64),
+        changes: [&[f64]; 2],
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let (node, out) = ((at.t, at.q, v), [q, of_v]);
+        match &self.force {
+            ElementForce::Joint(force) => {
+                force.add_effort_bends(at, v, scale, changes, out);
+            }
+            ElementForce::Tension(force) => force.add_tension_bends(node, scale, changes, out),
+            ElementForce::Wrench(force) => {
+                force.add_effort_bends(node, (k, scale), changes, out);
+            }
+            ElementForce::Law(force) => force.add_effort_bends(at, v, (k, scale), changes, out),
+            _ => {}
+        }
+    }
 }
 
 impl ForceElements {
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of the
+    /// efforts of the bushing of this name at a node; nothing of a law with states.
+    pub fn add_bushing_bends(
+        &self,
+        name: &str,
+        (at, v): (Configuration<'_>, &[f64]),
+        effort: (usize, f64),
+        changes: [&[f64]; 2],
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        for own in self.bushings.iter().filter(|own| own.name == name) {
+            own.spring.add_effort_bends(at.q, effort, changes[0], q);
+        }
+        for own in self.forces.iter().filter(|own| own.name == name) {
+            if let ElementForce::Six(force) = &own.force {
+                force.add_effort_bends(at, v, effort, changes, [&mut *q, &mut *of_v]);
+            }
+        }
+    }
+
     /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v`, both of shape `n`, and
     /// `of_z ← of_z + Σ w_i ∂τ_i/∂z` by the internal variables of signals, of the efforts of the
     /// bushing of this name at a node.

@@ -20,8 +20,8 @@ use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use vi_core::Configuration;
 use vi_core::Number;
-use vi_core::coordinate_force::{EffortSlopes, SignedUnknown};
-use vi_core::interval::Interval;
+use vi_core::coordinate_force::{EffortBends, EffortSlopes, SignedUnknown};
+use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Entries;
 
 /// A joint coordinate: a length (m) or an angle (rad).
@@ -174,6 +174,33 @@ impl SharedAxis {
                 product(0.5, &second.minus(&first), &second.plus(&first)),
             ],
         })
+    }
+}
+
+/// Three vectors by the coordinates in which they are not zero.
+#[derive(Default)]
+struct Gathered(Vec<(usize, [f64; 3])>);
+
+impl Gathered {
+    fn add(&mut self, of: usize, i: usize, value: f64) {
+        match self.0.iter_mut().find(|(own, _)| *own == i) {
+            Some((_, own)) => own[of] += value,
+            None => {
+                let mut own = [0.0; 3];
+                own[of] = value;
+                self.0.push((i, own));
+            }
+        }
+    }
+
+    /// Emits `Σ_kl factors_kl x_k y_lᵀ`.
+    fn emit(&self, right: &Self, factors: &[[f64; 3]; 3], out: &mut dyn Entries) {
+        for (i, x) in &self.0 {
+            let row = [0, 1, 2].map(|l| (0..3).map(|k| x[k] * factors[k][l]).sum::<f64>());
+            for (j, y) in &right.0 {
+                out.add(*i, *j, row[0] * y[0] + row[1] * y[1] + row[2] * y[2]);
+            }
+        }
     }
 }
 
@@ -475,17 +502,8 @@ impl JointCoordinate {
         out: &mut dyn Entries,
     ) {
         let (rows, first, second) = self.value.chain(q);
-        // of each coordinate: ∇r_1, ∇r_2, Σ θ_k D²r_k v
-        let mut entries: Vec<(usize, [f64; 3])> = Vec::with_capacity(24);
-        let mut gather =
-            |of: usize, i: usize, value: f64| match entries.iter_mut().find(|(own, _)| *own == i) {
-                Some((_, own)) => own[of] += value,
-                None => {
-                    let mut own = [0.0; 3];
-                    own[of] = value;
-                    entries.push((i, own));
-                }
-            };
+        let mut gathered = Gathered::default(); // ∇r_1, ∇r_2, Σ θ_k D²r_k v
+        let mut gather = |of: usize, i: usize, value: f64| gathered.add(of, i, value);
         let by_rate = slopes.by_rate;
         let mut rates = [0.0; 2];
         for (k, row) in rows.iter().enumerate() {
@@ -500,11 +518,11 @@ impl JointCoordinate {
             let turned = second[k][0] * rates[0] + second[k][1] * rates[1];
             slopes.by_coordinate * first[k] + by_rate * turned
         });
-        for &(j, [a, b, bend]) in &entries {
+        for &(j, [a, b, bend]) in &gathered.0 {
             let y = of_rows[0] * a + of_rows[1] * b + by_rate * bend;
             let [left, right] =
                 [0, 1].map(|k| first[k] * y + effort * (second[k][0] * a + second[k][1] * b));
-            for &(i, [a, b, _]) in &entries {
+            for &(i, [a, b, _]) in &gathered.0 {
                 out.add(i, j, left * a + right * b);
             }
         }
@@ -512,6 +530,78 @@ impl JointCoordinate {
             if let Some(row) = row {
                 row.emit_second(effort * factor, out);
             }
+        }
+    }
+
+    /// Emits `a ∂²/∂q∂q + b ∂²/∂q∂v + c ∂²/∂v∂q + d ∂²/∂v∂v` of `(∇θ·z) τ(θ, ∇θ·v)`, rows of the
+    /// first; without `v` of a `τ` of `θ` alone. Allocates.
+    /// ```text
+    /// g = ∇θ, b = D²θ z, u = D²θ v, α = g·z
+    /// ∂_q∂_q   τ D³θ[z] + b (τ_θ g + τ_θ̇ u)ᵀ + (τ_θ g + τ_θ̇ u) bᵀ + α (τ_θ D²θ + τ_θ̇ D³θ[v])            [2.52]
+    ///          + α [ τ_θθ g gᵀ + τ_θθ̇ (g uᵀ + u gᵀ) + τ_θ̇θ̇ u uᵀ ]
+    /// ∂_q∂_v   τ_θ̇ (b gᵀ + α D²θ) + α (τ_θθ̇ g + τ_θ̇θ̇ u) gᵀ,     ∂_v∂_v   α τ_θ̇θ̇ g gᵀ
+    /// ```
+    pub fn emit_effort_bends(
+        &self,
+        [q, v, z]: [&[f64]; 3],
+        (effort, slopes, bends): (f64, EffortSlopes, EffortBends),
+        [qq, qv, vq, vv]: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        let EffortSlopes { by_coordinate: first, by_rate: damp } = slopes;
+        let EffortBends { by_coordinate: second, mixed, by_rate } = bends;
+        let along = self.rate(q, z); // α
+        let mut vectors = Gathered::default(); // g, b, u
+        self.for_each_slope(q, |i, own| vectors.add(0, i, own));
+        self.for_each_bend(q, z, 1.0, |i, own| vectors.add(1, i, own));
+        if !v.is_empty() {
+            self.for_each_bend(q, v, 1.0, |i, own| vectors.add(2, i, own));
+        }
+        let both = qv + vq;
+        let factors = [
+            [
+                along * (qq * second + both * mixed + vv * by_rate),
+                qq * first + vq * damp,
+                along * (qq * mixed + vq * by_rate),
+            ],
+            [qq * first + qv * damp, 0.0, qq * damp],
+            [along * (qq * mixed + qv * by_rate), qq * damp, along * qq * by_rate],
+        ];
+        vectors.emit(&vectors, &factors, out);
+        self.emit_third(q, z, qq * effort, out);
+        if damp != 0.0 {
+            self.emit_third(q, v, qq * along * damp, out);
+        }
+        self.emit_second(q, along * (qq * first + both * damp), out);
+    }
+
+    /// Emits `∂²/∂q_i∂q_j` of `φ (∇θ(q_n)·y_0 + ∇θ(q_{n+1})·y_1)` with an effort of a step
+    /// `φ(θ(q_n), θ(q_{n+1}))`, its derivatives by the coordinates at the nodes `i` and `j`, and its
+    /// second one by both. Allocates.
+    pub(crate) fn emit_pair_bends(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        [i, j]: [Slot; 2],
+        (effort, slopes, second): (f64, [f64; 2], f64),
+        out: &mut dyn Entries,
+    ) {
+        let along = self.rate(&s.q0, y[0]) + self.rate(&s.q1, y[1]);
+        let of = |node: Slot| match node {
+            Slot::First => y[0],
+            Slot::Second => y[1],
+        };
+        let [left, right] = [i, j].map(|node| {
+            let mut vectors = Gathered::default(); // g, b
+            self.for_each_slope(s.node(node), |i, own| vectors.add(0, i, own));
+            self.for_each_bend(s.node(node), of(node), 1.0, |i, own| vectors.add(1, i, own));
+            vectors
+        });
+        let factors = [[along * second, slopes[0], 0.0], [slopes[1], 0.0, 0.0], [0.0; 3]];
+        left.emit(&right, &factors, out);
+        if i == j {
+            self.emit_third(s.node(i), of(i), effort, out);
+            self.emit_second(s.node(i), along * slopes[0], out);
         }
     }
 

@@ -188,6 +188,19 @@ impl ScalarRow {
         }
     }
 
+    /// `out ← out + scale D³g(q)[v, w]`, shape `n`; that of rolling is left out.
+    pub(crate) fn add_third(&self, q: &[f64], [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        let out = &mut Product { v: w, out };
+        match self {
+            Self::Product(_) | Self::Height(_) | Self::Velocity(_) => {}
+            Self::Gear { a, b, ratio, .. } => {
+                a.emit_third(q, v, scale, out);
+                b.emit_third(q, v, ratio * scale, out);
+            }
+            Self::Motion { coordinate, .. } => coordinate.emit_third(q, v, scale, out),
+        }
+    }
+
     /// Its gradient as wrenches on the frames.
     pub fn for_each_wrench(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
         match self {

@@ -6,8 +6,11 @@
 //! [M Gᵀ; G 0](w, ν) = (∂y/∂v̂, 0)
 //! ∂y/∂p̄ = w,   ∂y/∂q = −(Σ μ_i D²g_i) w − (Σ ν_i D²g_i) v̂
 //! ∂y/∂θ = −w·(M_θ v̂ + (Gᵀ)_θ μ) − ν·(G_θ v̂ + g_tθ)
+//! ∂y/∂v̂·∂²v̂/∂a∂b = −[ w·(Σ δ_aμ_i D²g_i) δ_bq + ν·D²g[δ_bq, δ_av̂] + the same with a, b exchanged
+//!                  + Σ μ_i D³g_i[w, δ_aq, δ_bq] + Σ ν_i D³g_i[v̂, δ_aq, δ_bq] ]                     [2.54]
 //! ```
-//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`.
+//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`; the
+//! last one is the second line differentiated again, along the same.
 //! Redundant constraints: `μ` and `ν` of independent rows; the others follow.
 #![allow(non_snake_case)] // G, M
 
@@ -18,7 +21,7 @@ use crate::mechanism::Mechanism;
 use nalgebra::Vector3;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
-use vi_core::linear::Singular;
+use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Entries, Product, SparseMatrix};
 use vi_core::{Configuration, State};
 
@@ -26,6 +29,32 @@ use vi_core::{Configuration, State};
 struct Moved {
     masses: Option<Masses>,
     rows: MovedRows,
+}
+
+/// How a velocity changes along a direction, with what its second change is made of.
+#[derive(Clone, Debug)]
+pub struct VelocityChange {
+    dq: Vec<f64>,     // n
+    dv: Vec<f64>,     // n  δv̂
+    dmu: Vec<f64>,    // m  δμ
+    turned: Vec<f64>, // n  (Σ ν_i D²g_i) δq
+    rates: Vec<f64>,  // m  D²g[δq, w]
+    bent: Vec<f64>,   // n  (Σ μ_i D³g_i[w] + Σ ν_i D³g_i[v̂]) δq
+}
+
+impl VelocityChange {
+    /// `δv̂`, shape `n`.
+    #[must_use]
+    pub fn v(&self) -> &[f64] {
+        &self.dv
+    }
+
+    /// `∂y/∂v̂·∂²v̂/∂a∂b` of two changes [2.54].
+    #[must_use]
+    pub fn second(&self, other: &Self) -> f64 {
+        let crossed = |a: &Self, b: &Self| dot(&a.rates, &b.dmu) + dot(&a.turned, &b.dv);
+        -(crossed(self, other) + crossed(other, self) + dot(&self.bent, &other.dq))
+    }
 }
 
 /// `v̂` at nodes with its derivatives.
@@ -129,6 +158,34 @@ impl NodeVelocity {
         Ok(&x[..n])
     }
 
+    /// The change of `v̂` where the configuration changes by `dq` and the momentum by `dp`, with its
+    /// second changes along the `of_v` of the last [`NodeVelocity::pull`], at the same node.
+    ///
+    /// # Errors
+    /// As of [`NodeVelocity::find`].
+    pub fn change_with_second(
+        &mut self,
+        mechanism: &Mechanism,
+        at: Configuration<'_>,
+        [dq, dp]: [&[f64]; 2],
+    ) -> Result<VelocityChange, Singular> {
+        let dv = self.change(mechanism, at, None, [dq, dp])?.to_vec();
+        let Self { saddle, x, v, mu, w, nu, .. } = self;
+        let (n, m) = (v.len(), mu.len());
+        let mut dmu = vec![0.0; m];
+        saddle.rows().scatter(&x[n..], &mut dmu);
+        let [mut turned, mut bent, mut rates] = [vec![0.0; n], vec![0.0; n], vec![0.0; m]];
+        if dq.iter().any(|dq| *dq != 0.0) {
+            let out = &mut Product { v: dq, out: &mut turned };
+            mechanism.weighted_hessian(at.t, at.q, nu, 1.0, out);
+            mechanism.second_derivative(at.t, at.q, dq, w, &mut rates);
+            for (weights, along) in [(&*mu, &*w), (&*nu, &*v)] {
+                mechanism.add_weighted_thirds(at.q, weights, [along, dq], 1.0, &mut bent);
+            }
+        }
+        Ok(VelocityChange { dq: dq.to_vec(), dv, dmu, turned, rates, bent })
+    }
+
     /// `q ← q + (∂v̂/∂q)ᵀ of_v`, `p ← p + (∂v̂/∂p̄)ᵀ of_v` at the node of the last
     /// [`NodeVelocity::find`], all of shape `n`.
     ///
@@ -177,7 +234,7 @@ impl NodeVelocity {
         rows.for_each_force(at.q, lambda, |i, force| sum -= w[i] * force);
         b.fill(0.0);
         rows.add_accelerations(at, [v, a], b);
-        sum - vi_core::linear::dot(nu, b)
+        sum - dot(nu, b)
     }
 
     /// What a parameter adds at fixed `q` and `p̄` to the number along whose slope the last
@@ -193,6 +250,6 @@ impl NodeVelocity {
         rows.for_each_force(at.q, mu, |i, force| sum -= w[i] * force);
         b.fill(0.0);
         rows.add_rates(at, v, b);
-        sum - vi_core::linear::dot(nu, b)
+        sum - dot(nu, b)
     }
 }

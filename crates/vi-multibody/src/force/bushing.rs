@@ -10,6 +10,7 @@
 //!
 //! Source: Marsden & West 2001, part 3, for the discrete forces.
 
+use crate::force::bends::{Between, Evaluated, Pushes, Reads};
 use crate::force::law::evaluation::Work;
 use crate::force::law::{Input, Law, Reading};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
@@ -18,7 +19,7 @@ use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::{DiscretePotential, Potential};
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Entries, Product};
 
 /// `τ = preload − K ξ − C ξ̇` with any constant matrices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -204,6 +205,132 @@ impl SixForce {
     }
 }
 
+/// What a law of six coordinates reads: these at once, and others.
+struct SixReads<'a> {
+    coordinates: &'a SixCoordinates,
+    inputs: &'a [Input],
+}
+
+impl Reads for SixReads<'_> {
+    fn count(&self) -> usize {
+        self.inputs.len()
+    }
+    fn slope(&self, at: Between<'_>, l: usize, group: usize) -> Vec<(usize, f64)> {
+        let mut slope = Vec::new();
+        let Input::Six(part) = self.inputs[l] else {
+            self.inputs[l].for_each_slope_between(at, group, &mut |i, own| slope.push((i, own)));
+            return slope;
+        };
+        let (is_rate, unit) = (part >= 6, Vector6::ith(part % 6, 1.0));
+        let [mid, rates] = at.middle();
+        let (gradients, factor) = match at {
+            Between::Ends(s) => {
+                let node = s.node(Slot::BOTH[group]);
+                (self.coordinates.gradients(node), at.parts(group)[usize::from(is_rate)])
+            }
+            Between::Node { .. } if is_rate && group == 0 => {
+                (self.coordinates.rate_slopes(mid, rates), 1.0)
+            }
+            Between::Node { .. } => {
+                let moves = usize::from(is_rate) == group;
+                (self.coordinates.gradients(mid), f64::from(u8::from(moves)))
+            }
+        };
+        for (offset, row) in self.coordinates.along(&gradients, &(factor * unit)) {
+            let Some(offset) = offset else { continue };
+            slope.extend(row.iter().enumerate().map(|(i, own)| (offset + i, *own)));
+        }
+        slope
+    }
+    fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries) {
+        self.inputs.emit_second(at, w, groups, out);
+        let mut own = [Vector6::zeros(); 2]; // of coordinates, of rates
+        for (input, w) in self.inputs.iter().zip(w) {
+            if let Input::Six(part) = input {
+                own[part / 6][part % 6] += w;
+            }
+        }
+        let ([q, v], [qq, qv, vq, _]) = (at.middle(), at.factors(groups));
+        match at {
+            Between::Ends(s) if groups[0] == groups[1] => {
+                let [mean, rate] = at.parts(groups[0]);
+                let node = s.node(Slot::BOTH[groups[0]]);
+                self.coordinates.emit_second(node, &(mean * own[0] + rate * own[1]), out);
+            }
+            Between::Ends(_) => {}
+            Between::Node { .. } => {
+                self.coordinates.emit_second(q, &(qq * own[0] + (qv + vq) * own[1]), out);
+                if qq != 0.0 && own[1] != Vector6::zeros() {
+                    self.coordinates.emit_third(q, v, &(qq * own[1]), out);
+                }
+            }
+        }
+    }
+}
+
+/// Efforts along six coordinates.
+impl Pushes for SixCoordinates {
+    fn along(&self, at: Between<'_>, y: [&[f64]; 2], k: usize) -> f64 {
+        match at {
+            Between::Ends(s) => self.rate(&s.q0, y[0])[k] + self.rate(&s.q1, y[1])[k],
+            Between::Node { q, .. } => self.rate(q, y[0])[k],
+        }
+    }
+    fn slope(&self, at: Between<'_>, y: [&[f64]; 2], k: usize, group: usize) -> Vec<f64> {
+        let mut slope = vec![0.0; y[0].len()];
+        let node = match at {
+            Between::Ends(s) => s.node(Slot::BOTH[group]),
+            Between::Node { q, .. } if group == 0 => q,
+            Between::Node { .. } => return slope,
+        };
+        let turning = self.rate_slopes(node, y[group]);
+        for (offset, row) in self.along(&turning, &Vector6::ith(k, 1.0)) {
+            let Some(offset) = offset else { continue };
+            row.iter().enumerate().for_each(|(i, own)| slope[offset + i] += own);
+        }
+        slope
+    }
+    fn emit_second(
+        &self,
+        at: Between<'_>,
+        y: [&[f64]; 2],
+        (efforts, scale): (&[f64], f64),
+        [i, j]: [usize; 2],
+        out: &mut dyn Entries,
+    ) {
+        let w = scale * Vector6::from_column_slice(efforts);
+        match at {
+            Between::Ends(s) if i == j => {
+                self.emit_third(s.node(Slot::BOTH[i]), y[i], &w, out);
+            }
+            Between::Node { q, .. } if i + j == 0 => self.emit_third(q, y[0], &w, out),
+            _ => {}
+        }
+    }
+}
+
+impl SixForce {
+    fn reads(&self) -> SixReads<'_> {
+        SixReads { coordinates: &self.coordinates, inputs: &self.reading.inputs }
+    }
+
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, at a node; without
+    /// states.
+    pub fn add_effort_bends(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        effort: (usize, f64),
+        changes: [&[f64]; 2],
+        out: [&mut [f64]; 2],
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let (place, reads) = ([at.q, v], self.reads());
+            self.reading.with_bends(work, |law| law.add(&reads, place, effort, changes, out));
+        });
+    }
+}
+
 impl DiscreteForce for SixForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         let efforts = self.in_step(s);
@@ -230,6 +357,27 @@ impl DiscreteForce for SixForce {
                 let efforts = Vector6::from_column_slice(work.efforts());
                 self.coordinates.emit_second(s.node(of), &(0.5 * s.h * efforts), out);
             }
+        });
+    }
+
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reads(), &self.coordinates as _);
+            self.reading.with_bends(work, |law| law.emit_in_step(own, s, y, slots, out));
+        });
+    }
+
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let own = (&self.reads(), &self.coordinates as _);
+            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, v, z], by, out));
         });
     }
 
@@ -369,6 +517,27 @@ pub struct SixSpring {
 }
 
 impl SixSpring {
+    /// How its efforts follow from the coordinates, as a law of these.
+    fn with_bends(&self, slope: &Vector6, then: impl FnOnce(&SixReads<'_>, &Evaluated<'_>)) {
+        let inputs: Vec<Input> = (0..6).map(Input::Six).collect();
+        let reads = SixReads { coordinates: &self.coordinates, inputs: &inputs };
+        let slopes = DMatrix::from_column_slice(6, 6, self.stiffness.as_slice());
+        let bend = |_: &[f64], _: &[f64], out: &mut [f64]| out.fill(0.0);
+        then(&reads, &Evaluated { efforts: slope.as_slice(), slopes: &slopes, bend: &bend });
+    }
+
+    /// `q ← q + scale ∂²τ_k/∂q²` times a change of `q`, at a node.
+    pub fn add_effort_bends(
+        &self,
+        q: &[f64],
+        (k, scale): (usize, f64),
+        dq: &[f64],
+        out: &mut [f64],
+    ) {
+        let w = -scale * self.stiffness.row(k).transpose();
+        self.coordinates.emit_second(q, &w, &mut Product { v: dq, out });
+    }
+
     fn energy(&self, x: &Vector6) -> f64 {
         0.5 * x.dot(&(self.stiffness * x)) - self.preload.dot(x)
     }
@@ -427,6 +596,28 @@ impl DiscretePotential for SixSpring {
     }
     fn add_d2_d2(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         self.emit_second(s, &s.q1, scale, out);
+    }
+    fn add_bend(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        slots: [Slot; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let slope = self.slope(&self.coordinates.change(s).mean);
+        self.with_bends(&slope, |reads, law| {
+            let groups = slots.map(|slot| usize::from(slot == Slot::Second));
+            let at = (Between::Ends(s), y);
+            law.emit((reads, &self.coordinates), at, (groups, 0.5 * scale), out); // ½ U_ξ ∇ξ
+        });
+    }
+    fn add_third(&self, at: Configuration<'_>, z: &[f64], scale: f64, out: &mut dyn Entries) {
+        let slope = self.slope(&self.coordinates.at(at.t, at.q));
+        self.with_bends(&slope, |reads, law| {
+            let by = [scale, 0.0, 0.0, 0.0];
+            law.emit_at_node((reads, &self.coordinates), [at.q, &[], z], by, out);
+        });
     }
     fn potential(&self, at: Configuration<'_>) -> f64 {
         self.energy(&self.coordinates.at(at.t, at.q))

@@ -11,11 +11,14 @@
 //! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
 //! reaction on the parent is equal and opposite, so momentum maps stay exact.
 
+use super::bends::Evaluated;
+use super::law::Input;
 use crate::constraint::joint_coordinate::{Change, JointCoordinate};
+use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::Configuration;
-pub use vi_core::coordinate_force::EffortSlopes;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
+pub use vi_core::coordinate_force::{EffortBends, EffortSlopes};
 use vi_core::force::{DiscreteForce, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
@@ -96,6 +99,24 @@ impl DiscretePotential for JointSpring {
         let slopes = EffortSlopes { by_coordinate: slope, by_rate: 0.0 };
         self.coordinate.emit_effort_slopes((at.q, &[]), slope * stretch, slopes, out);
     }
+    fn add_bend(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        slots: [Slot; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        let stretch = self.coordinate.change(s).mean - self.rest;
+        let [half, slope] = [0.5, 0.25].map(|part| part * scale * self.stiffness);
+        self.coordinate.emit_pair_bends(s, y, slots, (half * stretch, [slope; 2], 0.0), out);
+    }
+    fn add_third(&self, at: Configuration<'_>, z: &[f64], scale: f64, out: &mut dyn Entries) {
+        let (slope, stretch) = (scale * self.stiffness, self.coordinate.at(at) - self.rest);
+        let slopes = EffortSlopes { by_coordinate: slope, by_rate: 0.0 };
+        let effort = (slope * stretch, slopes, EffortBends::default());
+        self.coordinate.emit_effort_bends([at.q, &[], z], effort, [1.0, 0.0, 0.0, 0.0], out);
+    }
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         self.coordinate.unknown().map(|unknown| AlongUnknown { unknown, force: self })
     }
@@ -110,6 +131,9 @@ impl CoordinateForce for JointSpring {
     }
     fn slopes(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortSlopes {
         EffortSlopes { by_coordinate: -self.stiffness, by_rate: 0.0 }
+    }
+    fn bends(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortBends {
+        EffortBends::default()
     }
     fn is_affine(&self) -> bool {
         true
@@ -138,6 +162,11 @@ pub trait JointLaw: Send + Sync {
     /// `τ` and its derivatives.
     fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         (self.effort(t, coordinate, rate), self.slopes(t, coordinate, rate))
+    }
+    /// The second derivatives of `τ` by `θ` and `θ̇`; zero, unless said otherwise: they steer a
+    /// search for an optimum and move none.
+    fn bends(&self, _t: f64, _coordinate: f64, _rate: f64) -> EffortBends {
+        EffortBends::default()
     }
     /// `∂τ/∂t`; `None`, unless said otherwise, where it is not known.
     fn by_time(&self, _t: f64, _coordinate: f64, _rate: f64) -> Option<f64> {
@@ -175,6 +204,9 @@ impl JointLaw for Arc<dyn JointLaw> {
     }
     fn effort_and_slopes(&self, t: f64, coordinate: f64, rate: f64) -> (f64, EffortSlopes) {
         (**self).effort_and_slopes(t, coordinate, rate)
+    }
+    fn bends(&self, t: f64, coordinate: f64, rate: f64) -> EffortBends {
+        (**self).bends(t, coordinate, rate)
     }
     fn by_time(&self, t: f64, coordinate: f64, rate: f64) -> Option<f64> {
         (**self).by_time(t, coordinate, rate)
@@ -310,6 +342,27 @@ impl<L: JointLaw> JointForce<L> {
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 
+    /// `q ← q + scale ∂²τ/∂q∂(q, v)` times `changes` of both, `of_v` likewise, at a node.
+    pub fn add_effort_bends(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        scale: f64,
+        changes: [&[f64]; 2],
+        out: [&mut [f64]; 2],
+    ) {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
+        let EffortSlopes { by_coordinate, by_rate } = slopes;
+        let slopes = DMatrix::from_row_slice(1, 2, &[by_coordinate, by_rate]);
+        let bends = self.law.bends(at.t, coordinate, rate);
+        let bend = |along: &[f64], w: &[f64], out: &mut [f64]| bends.along(along, w[0], out);
+        let reads =
+            [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
+        let law = Evaluated { efforts: &[effort], slopes: &slopes, bend: &bend };
+        law.add(&reads[..], [at.q, v], (0, scale), changes, out);
+    }
+
     /// Emits `scale ∂f/∂q`, with that of the rate or without.
     fn emit_position_slopes(
         &self,
@@ -348,6 +401,27 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         let slopes = self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = slopes.by_unknown(s.h);
         self.coordinate.emit_slope(s, slope, out);
+    }
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let (t, rate) = (s.t_mid(), difference / s.h);
+        let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
+        let second = self.law.bends(t, mean, rate).by_nodes(s.h, slots);
+        let slopes = slots.map(|node| slopes.by_node(s.h, node));
+        self.coordinate.emit_pair_bends(s, y, slots, (0.5 * s.h * effort, slopes, second), out);
+    }
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
+        let bends = self.law.bends(at.t, coordinate, rate);
+        self.coordinate.emit_effort_bends([at.q, v, z], (effort, slopes, bends), by, out);
     }
     fn add_step_slope(
         &self,
@@ -447,6 +521,9 @@ impl<L: JointLaw> CoordinateForce for JointForce<L> {
     }
     fn slopes(&self, t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
         self.law.slopes(t, coordinate, rate)
+    }
+    fn bends(&self, t: f64, coordinate: f64, rate: f64) -> EffortBends {
+        self.law.bends(t, coordinate, rate)
     }
     fn is_affine(&self) -> bool {
         self.law.is_affine()

@@ -1,5 +1,6 @@
 //! Springs, dampers, bushings, motors, forces on point masses.
 
+pub(crate) mod bends;
 pub mod bumper;
 pub mod bushing;
 pub mod held_effort;

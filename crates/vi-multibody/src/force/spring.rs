@@ -86,6 +86,15 @@ impl<T: Number> Spring<T> {
 }
 
 impl Spring {
+    /// `d³V/dl³` at the length `l`, N/m².
+    #[must_use]
+    pub fn tension_bend(&self, l: f64) -> f64 {
+        match self.law {
+            SpringLaw::Linear => 0.0,
+            SpringLaw::QuadraticStretch => 12.0 * self.stiffness * l,
+        }
+    }
+
     /// `dV/dl`, N: positive when the spring pulls its ends together.
     #[must_use]
     pub fn tension(&self, q: &[f64]) -> f64 {

@@ -11,7 +11,7 @@
 
 use crate::joint_force::JointLaw;
 use vi_core::Number;
-use vi_core::coordinate_force::EffortSlopes;
+use vi_core::coordinate_force::{EffortBends, EffortSlopes};
 
 /// The course of friction over the velocity, m/s or rad/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,17 @@ impl Stribeck {
         let peak = (r - 1.0) * libm::exp(-y * y);
         let slope = (1.0 + peak) * (1.0 - rise * rise) / v_t - 2.0 * y / v_s * peak * rise;
         [(1.0 + peak) * rise, slope]
+    }
+
+    /// `χ''`.
+    fn bend(&self, v: f64) -> f64 {
+        let Self { transition_velocity: v_t, static_ratio: r, stribeck_velocity: v_s } = *self;
+        let (rise, y) = (libm::tanh(v / v_t), v / v_s);
+        let peak = (r - 1.0) * libm::exp(-y * y);
+        let steep = (1.0 - rise * rise) / v_t;
+        (4.0 * y * y - 2.0) / (v_s * v_s) * peak * rise
+            - 4.0 * y / v_s * peak * steep
+            - 2.0 * (1.0 + peak) * rise * steep / v_t
     }
 
     /// `χ(v)/v` of a velocity that is not negative.
@@ -65,6 +76,9 @@ impl JointLaw for StribeckFriction {
         let slope = self.course.at(rate)[1];
         EffortSlopes { by_coordinate: 0.0, by_rate: -self.effort * slope }
     }
+    fn bends(&self, _t: f64, _coordinate: f64, rate: f64) -> EffortBends {
+        EffortBends { by_rate: -self.effort * self.course.bend(rate), ..EffortBends::default() }
+    }
     fn is_dissipative(&self) -> bool {
         self.effort != 0.0
     }
@@ -96,6 +110,11 @@ mod tests {
             let [plus, minus] = [rate + e, rate - e].map(|rate| friction.effort(0.0, 0.0, rate));
             let error = (plus - minus) / (2.0 * e) - friction.slopes(0.0, 0.0, rate).by_rate;
             assert!(error.abs() < 1e-5, "{rate}: {error:e}");
+            let [plus, minus] =
+                [rate + e, rate - e].map(|rate| friction.slopes(0.0, 0.0, rate).by_rate);
+            let bend = friction.bends(0.0, 0.0, rate).by_rate;
+            let error = (plus - minus) / (2.0 * e) - bend;
+            assert!(error.abs() < 1e-5 * (1.0 + bend.abs()), "{rate}: {error:e} of {bend:e}");
             let v = rate.abs();
             let over = COURSE.over_velocity(Dual64::new(v, 1.0));
             if v > 0.0 {

@@ -7,9 +7,11 @@
 //! ```
 //! The pair of a step passes along the line of the midpoint `D`: momentum maps are exact.
 
-use super::joint_force::JointLaw;
+use super::bends::{Evaluated, Pushes};
+use super::joint_force::{EffortSlopes, JointLaw};
+use super::law::{Input, Target};
 use crate::geometry::form::Form;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::sync::Arc;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
@@ -52,6 +54,36 @@ impl Tension {
         let by_position = slopes.by_coordinate * along + slopes.by_rate * turning;
         self.between.add_transposed(&(scale * by_position), of_q);
         self.between.add_transposed(&(scale * slopes.by_rate * along), of_v);
+    }
+
+    /// With the law and its second derivatives, of the distance and its rate.
+    fn with_bends(
+        &self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        then: impl FnOnce((&[Input], &dyn Pushes), &Evaluated<'_>),
+    ) {
+        let Line { length, rate, .. } = self.line(q, v);
+        let (tension, EffortSlopes { by_coordinate, by_rate }) =
+            self.law.effort_and_slopes(t, length, rate);
+        let slopes = DMatrix::from_row_slice(1, 2, &[by_coordinate, by_rate]);
+        let bends = self.law.bends(t, length, rate);
+        let bend = |along: &[f64], w: &[f64], out: &mut [f64]| bends.along(along, w[0], out);
+        let reads = [Input::Length(self.between.clone()), Input::LengthRate(self.between.clone())];
+        let target = Target::Points(self.between.clone());
+        then((&reads, &target), &Evaluated { efforts: &[tension], slopes: &slopes, bend: &bend });
+    }
+
+    /// `q ← q + scale ∂²T/∂q∂(q, v)` times `changes` of both, `of_v` likewise.
+    pub fn add_tension_bends(
+        &self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        scale: f64,
+        changes: [&[f64]; 2],
+        out: [&mut [f64]; 2],
+    ) {
+        self.with_bends((t, q, v), |(reads, _), law| {
+            law.add(reads, [q, v], (0, scale), changes, out);
+        });
     }
 
     /// `T`, N, and the rate of the distance, m/s.
@@ -119,6 +151,17 @@ impl Force for Tension {
         self.between.emit_congruence(&(-scale * slope * along * along.transpose()), out);
     }
 
+    fn add_bend(
+        &self,
+        t: f64,
+        [q, v]: [&[f64]; 2],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        self.with_bends((t, q, v), |own, law| law.emit_at_node(own, [q, v, z], by, out));
+    }
+
     fn acts_from_ground(&self) -> bool {
         self.between.is_seen_from_ground()
     }
@@ -131,8 +174,6 @@ impl Force for Tension {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::force::joint_force::EffortSlopes;
-    use nalgebra::DMatrix;
 
     /// `T = 3 l² + 0.7 l l̇ + sin t`.
     struct Curved;

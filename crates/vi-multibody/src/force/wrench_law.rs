@@ -13,8 +13,11 @@
 //! Source: LMO08 §4 for the director form; Marsden & West 2001, part 3, for the discrete forces.
 #![allow(non_snake_case)] // B, X: the letters above
 
+use crate::force::bends::{Evaluated, Pushes};
+use crate::force::law::{Input, Target};
+use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, NoTimeSlope};
@@ -36,11 +39,19 @@ pub trait WrenchLaw: Send + Sync {
     fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6];
     /// `(f, τ)` and its derivatives by `y`.
     fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6];
+    /// `slopes ← Σ_k w_k` times how the derivatives of effort `k` by `y` change where `y` changes by
+    /// `along`; zero, unless said otherwise.
+    fn bend(&self, _y: &[f64; INPUTS], _along: &[f64], _w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+    }
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
 }
 
 impl<L: WrenchLaw + ?Sized> WrenchLaw for Arc<L> {
+    fn bend(&self, y: &[f64; INPUTS], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        (**self).bend(y, along, w, slopes);
+    }
     fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
         (**self).evaluate(y)
     }
@@ -333,6 +344,45 @@ impl WrenchForce {
         all
     }
 
+    /// `y` as what laws of anything read.
+    fn reads(&self) -> Vec<Input> {
+        let (offset, form) = match &self.on {
+            ActsOn::Frame { offset, point, .. } => (Some(*offset), Form::point(*offset, point)),
+            ActsOn::Particle { offset, dimension } => (None, Form::particle(*offset, *dimension)),
+        };
+        let points = (0..3).map(|k| Input::Point(form.clone(), k));
+        let rates = (0..3).map(|k| Input::PointRate(form.clone(), k));
+        let spins = (0..3).map(|k| offset.map_or(Input::Time, |offset| Input::Spin(offset, k)));
+        std::iter::once(Input::Time).chain(points).chain(rates).chain(spins).collect()
+    }
+
+    /// With the law and its second derivatives.
+    fn with_bends(
+        &self,
+        y: &[f64; INPUTS],
+        then: impl FnOnce((&[Input], &dyn Pushes), &Evaluated<'_>),
+    ) {
+        let mut slopes = WrenchSlopes::zeros();
+        let efforts = self.law.gradient(y, &mut slopes);
+        let slopes = DMatrix::from_column_slice(6, INPUTS, slopes.as_slice());
+        let bend = |along: &[f64], w: &[f64], out: &mut [f64]| self.law.bend(y, along, w, out);
+        let (reads, target) = (self.reads(), Target::Member(self.on.clone()));
+        then((&reads, &target), &Evaluated { efforts: &efforts, slopes: &slopes, bend: &bend });
+    }
+
+    /// `q ← q + scale ∂²y_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of the efforts at a
+    /// node.
+    pub fn add_effort_bends(
+        &self,
+        (t, q, v): (f64, &[f64], &[f64]),
+        effort: (usize, f64),
+        changes: [&[f64]; 2],
+        out: [&mut [f64]; 2],
+    ) {
+        let y = self.at_node(t, &self.on.own(q), &self.on.own(v));
+        self.with_bends(&y, |(reads, _), law| law.add(reads, [q, v], effort, changes, out));
+    }
+
     /// Half the impulse of a step with the directors of the end `q`.
     fn add_half(&self, s: &Interval, q: &[f64], out: &mut [f64]) {
         let wrench = self.law.evaluate(&self.in_step(s));
@@ -410,6 +460,22 @@ impl DiscreteForce for WrenchForce {
         }
     }
 
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
+        self.with_bends(&self.in_step(s), |own, law| law.emit_in_step(own, s, y, slots, out));
+    }
+
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        let y = self.at_node(at.t, &self.on.own(at.q), &self.on.own(v));
+        self.with_bends(&y, |own, law| law.emit_at_node(own, [at.q, v, z], by, out));
+    }
+
     fn add_step_slope(
         &self,
         s: &Interval,
@@ -477,8 +543,8 @@ impl DiscreteForce for WrenchForce {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::{DMatrix, Rotation3};
-    use vi_testkit::slope_error;
+    use nalgebra::Rotation3;
+    use vi_testkit::{bend_error, slope_error};
 
     /// Of all inputs, with curvature.
     struct Curved;
@@ -501,6 +567,14 @@ mod tests {
                 }
             }
             self.evaluate(y)
+        }
+        fn bend(&self, _y: &[f64; INPUTS], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+            slopes.fill(0.0);
+            for (k, i) in (0..6).flat_map(|k| (0..INPUTS).map(move |i| (k, i))) {
+                let (c, j) = (0.3 + 0.1 * (k * i % 7) as f64, (i + k) % INPUTS);
+                slopes[i] += w[k] * c * along[j];
+                slopes[j] += w[k] * c * along[i];
+            }
         }
         fn is_dissipative(&self) -> bool {
             true
@@ -550,6 +624,9 @@ mod tests {
                 let error = slope_error(&force, &s);
                 println!("law {k}, slot derivatives: {error:.1e}");
                 assert!(error < 1e-7);
+                let error = bend_error(&force, &s);
+                println!("law {k}, second derivatives: {error:.1e}");
+                assert!(error < 1e-8);
             }
             let value = |q: &[f64], v: &[f64]| {
                 let mut out = vec![0.0; 12];

@@ -13,7 +13,7 @@
 //! beside it ([`Form::with_tangent`]).
 
 use crate::geometry::twist::Twist;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
 use vi_core::sparse::Entries;
@@ -186,6 +186,34 @@ impl Form {
                 out[term.offset + i] += term.coefficient * f[i];
             }
         }
+    }
+
+    /// `out ← out + scale D²l v` of its length `l = |form|`, `D²l[v, w] = v_⊥·w_⊥/l` of their
+    /// parts across it.
+    pub fn add_length_bend(&self, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+        let (own, v) = (self.at(q), self.rate(v));
+        let length = own.norm();
+        let along = own / length;
+        self.add_transposed(&(scale / length * (v - along.dot(&v) * along)), out);
+    }
+
+    /// `out ← out + scale D³l[v, w]`.
+    pub fn add_length_third(&self, q: &[f64], [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {
+        self.add_transposed(&(scale * self.length_third(q, v) * self.rate(w)), out);
+    }
+
+    /// `D³l[v]` by the vector itself: with its direction `e`, `x_⊥` across it,
+    /// `D³l[v] = −[(e·v)(I − e eᵀ) + v_⊥ eᵀ + e v_⊥ᵀ]/l²`.
+    pub(crate) fn length_third(&self, q: &[f64], v: &[f64]) -> Matrix3<f64> {
+        let (own, v) = (self.at(q), self.rate(v));
+        let length = own.norm();
+        let e = own / length;
+        let along = e.dot(&v);
+        let across = v - along * e;
+        let third = along * (Matrix3::identity() - e * e.transpose())
+            + across * e.transpose()
+            + e * across.transpose();
+        -third / (length * length)
     }
 
     /// A force on it as wrenches on the frames it touches (coordinates in twelves): force at `φ`

@@ -9,8 +9,10 @@
 //! `s` and `κ` are any functions: off the circle `N = 1`, too, these are the exact derivatives.
 #![allow(non_snake_case)] // A, B, N: the letters above
 
-use nalgebra::{Matrix3, Matrix4, SMatrix, Vector3};
-use vi_core::Slot;
+use nalgebra::{ComplexField, Matrix3, Matrix4, SMatrix, Vector3, Vector4};
+use vi_core::num_dual::Dual64;
+use vi_core::sparse::Entries;
+use vi_core::{Number, Slot};
 use vi_rigid::directors::{angular_velocity, director};
 
 /// Below this `σ` the series of `A` and `B` are shorter than their rounding errors.
@@ -112,36 +114,97 @@ impl RotationVector {
 
     /// `∂²(a·θ)/∂(s, κ)²`, rows and columns `s_1, s_2, s_3, κ`.
     pub(crate) fn second(&self, a: &Vector3<f64>) -> Matrix4<f64> {
-        let Self { s, cosine, A, N, .. } = *self;
+        second(&self.s, [self.cosine, self.N], || self.A, a)
+    }
+
+    /// How this changes where `(s, κ)` does, `∂³(a·θ)/∂(s, κ)³` times the change.
+    pub(crate) fn third(&self, a: &Vector3<f64>, change: &Vector4<f64>) -> Matrix4<f64> {
+        let s = self.s.zip_map(&change.xyz(), Dual64::new);
+        let cosine = Dual64::new(self.cosine, change.w);
         let square = s.norm_squared();
-        let (A, B) = if square < SERIES * SERIES && cosine > 0.0 {
-            series(square / (cosine * cosine), cosine)
-        } else {
-            (A, -(2.0 * cosine / (N * N) + 3.0 * A) / square)
+        let N = square + cosine * cosine;
+        let of_sine = || {
+            let sine = ComplexField::sqrt(square);
+            (cosine / N - sine.arctangent(cosine) / sine) / square
         };
-        let along = a.dot(&s);
-        let by_s = A * s;
-        let mut second = Matrix4::zeros();
-        let block = along * (A * Matrix3::identity() + B * s * s.transpose())
-            + a * by_s.transpose()
-            + by_s * a.transpose();
-        second.fixed_view_mut::<3, 3>(0, 0).copy_from(&block);
-        let mixed = along * 2.0 / (N * N) * s - a / N;
-        second.fixed_view_mut::<3, 1>(0, 3).copy_from(&mixed);
-        second.fixed_view_mut::<1, 3>(3, 0).copy_from(&mixed.transpose());
-        second[(3, 3)] = along * 2.0 * cosine / (N * N);
-        second
+        second(&s, [cosine, N], of_sine, &a.map(Dual64::of)).map(|x| x.eps)
+    }
+
+    /// Emits `∂²(a·θ)/∂d_I∂d_J` of a step by the directors of the frame at coordinate `offset`, at
+    /// two of its ends.
+    pub(crate) fn emit_step_second(
+        [start, end]: [&[f64]; 2],
+        a: &Vector3<f64>,
+        [i, j]: [Slot; 2],
+        offset: usize,
+        out: &mut dyn Entries,
+    ) {
+        let turn = Self::of_step(start, end);
+        let (second, (c, d)) = (turn.second(a), turn.transposed(a));
+        // ∂s = ½ (δd × d' + d × δd'),   ∂κ = ½ (δd·d' + d·δd')
+        let rows = |node: Slot, k: usize| {
+            let (other, sign) = match node {
+                Slot::First => (director(end, k), -0.5),
+                Slot::Second => (director(start, k), 0.5),
+            };
+            let mut rows = SMatrix::<f64, 4, 3>::zeros();
+            rows.fixed_view_mut::<3, 3>(0, 0).copy_from(&(sign * other.cross_matrix()));
+            rows.fixed_view_mut::<1, 3>(3, 0).copy_from(&(0.5 * other.transpose()));
+            rows
+        };
+        for k in 0..3 {
+            let left = rows(i, k).transpose() * second;
+            for l in 0..3 {
+                let mut block = left * rows(j, l);
+                if k == l && i != j {
+                    // c·½ (δd × δd') = −½ δdᵀ ĉ δd'
+                    let sign = if i == Slot::First { -0.5 } else { 0.5 };
+                    block += sign * c.cross_matrix() + Matrix3::from_diagonal_element(0.5 * d);
+                }
+                out.add_block(offset + 3 + 3 * k, offset + 3 + 3 * l, &block);
+            }
+        }
     }
 }
 
+/// `∂²(a·θ)/∂(s, κ)²`; `of_sine`: `A` where `σ` is not small.
+fn second<T: Number>(
+    s: &Vector3<T>,
+    [cosine, N]: [T; 2],
+    of_sine: impl Fn() -> T,
+    a: &Vector3<T>,
+) -> Matrix4<T> {
+    let of = T::of;
+    let square = s.norm_squared();
+    let is_small = Number::real(square) < SERIES * SERIES && Number::real(cosine) > 0.0;
+    let (A, B) = if is_small {
+        series(square / (cosine * cosine), cosine)
+    } else {
+        let A = of_sine();
+        (A, -(of(2.0) * cosine / (N * N) + of(3.0) * A) / square)
+    };
+    let along = a.dot(s);
+    let by_s = s * A;
+    let mut second = Matrix4::zeros();
+    let block = (Matrix3::identity() * A + s * B * s.transpose()) * along
+        + a * by_s.transpose()
+        + by_s * a.transpose();
+    second.fixed_view_mut::<3, 3>(0, 0).copy_from(&block);
+    let mixed = s * (along * of(2.0) / (N * N)) - a / N;
+    second.fixed_view_mut::<3, 1>(0, 3).copy_from(&mixed);
+    second.fixed_view_mut::<1, 3>(3, 0).copy_from(&mixed.transpose());
+    second[(3, 3)] = along * of(2.0) * cosine / (N * N);
+    second
+}
+
 /// `A` and `B` by the series of `g = (1/κ) Σ (−u)^k/(2k + 1)`, `u = σ²/κ²`.
-fn series(u: f64, cosine: f64) -> (f64, f64) {
-    let (mut A, mut B, mut power) = (0.0, 0.0, 1.0);
+fn series<T: Number>(u: T, cosine: T) -> (T, T) {
+    let (mut A, mut B, mut power) = (T::of(0.0), T::of(0.0), T::of(1.0));
     for k in 1..10 {
         let k = f64::from(k);
         // k-th term of A: 2k (−1)^k u^(k−1)/(2k+1); of B: 4k(k+1) (−1)^(k+1) u^(k−1)/(2k+3)
-        A -= 2.0 * k / (2.0 * k + 1.0) * power;
-        B += 4.0 * k * (k + 1.0) / (2.0 * k + 3.0) * power;
+        A -= T::of(2.0 * k / (2.0 * k + 1.0)) * power;
+        B += T::of(4.0 * k * (k + 1.0) / (2.0 * k + 3.0)) * power;
         power *= -u;
     }
     let cube = cosine * cosine * cosine;
@@ -151,7 +214,6 @@ fn series(u: f64, cosine: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Vector4;
 
     fn at(x: &Vector4<f64>) -> RotationVector {
         RotationVector::of(x.xyz(), x[3])
@@ -169,12 +231,17 @@ mod tests {
     }
 
     #[test]
-    fn first_and_second_derivatives_against_central_differences() {
+    fn derivatives_against_central_differences() {
         let a = Vector3::new(0.3, 1.1, -0.7);
-        let mut worst: [f64; 2] = [0.0; 2];
+        let mut worst: [f64; 3] = [0.0; 3];
         for x in vectors() {
             let e = 1e-5;
             let second = at(&x).second(&a);
+            let change = Vector4::new(0.4, -0.2, 0.7, 0.5);
+            let moved = |by: f64| at(&(x + by * change)).second(&a);
+            let bend = (moved(e) - moved(-e)) / (2.0 * e);
+            let third = at(&x).third(&a, &change);
+            worst[2] = worst[2].max((third - bend).amax() / (1.0 + bend.amax()));
             for k in 0..4 {
                 let moved = |by: f64| {
                     let mut x = x;
@@ -197,8 +264,8 @@ mod tests {
                 worst[1] = worst[1].max((second.column(k) - bend).amax() / (1.0 + bend.amax()));
             }
         }
-        println!("largest errors of first and second derivatives: {worst:?}");
-        assert!(worst[0] < 1e-6 && worst[1] < 1e-6);
+        println!("largest errors of first, second and third derivatives: {worst:?}");
+        assert!(worst.iter().all(|error| *error < 1e-6));
     }
 
     #[test]

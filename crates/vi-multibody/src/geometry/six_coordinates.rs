@@ -12,7 +12,7 @@
 //! Source: rotation vector and its derivatives, `rotation_vector.rs`.
 
 use crate::geometry::rotation_vector::RotationVector;
-use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3};
+use nalgebra::{Matrix3, Matrix4, SMatrix, SVector, Vector3, Vector4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -360,15 +360,50 @@ impl SixCoordinates {
             pair(1 + i, 0, -force[i]);
             (0..3).for_each(|j| pair(1 + i, 5 + j, weights[(i, j)]));
         }
+        let rows = self.turn_rows([&at.from, &at.to]);
+        by += rows * at.turn.second(&torque) * rows.transpose();
+        self.mapped(&by)
+    }
+
+    /// `Σ w_i D³ξ_i[z]`, the same places; of displacements there is none.
+    fn third(&self, q: &[f64], z: &[f64], w: &Vector6) -> Square24 {
+        let (at, torque) = (self.placed(q), w.fixed_rows::<3>(3).into_owned());
+        let rates = [&self.from.rate(z), &self.to.rate(z)];
+        let (_, s, cosine) = self.product_rates([&at.from, &at.to], rates);
+        let change = Vector4::new(s.x, s.y, s.z, cosine);
+        let second = at.turn.second(&torque);
+        let turned = second * change;
+        let weights = self.rotation.weights(&turned.xyz(), turned.w);
+        let mut by = Square24::zeros();
+        for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
+            for k in 0..3 {
+                let [row, column] = [3 * (1 + i) + k, 3 * (5 + j) + k];
+                by[(row, column)] += weights[(i, j)];
+                by[(column, row)] += weights[(i, j)];
+            }
+        }
+        let (rows, moved) = (self.turn_rows([&at.from, &at.to]), self.turn_rows(rates));
+        let mixed = moved * second * rows.transpose();
+        by += mixed + mixed.transpose();
+        by += rows * at.turn.third(&torque, &change) * rows.transpose();
+        self.mapped(&by)
+    }
+
+    /// `∂(s, κ)` by points and axes of both frames, columns; linear in these.
+    fn turn_rows(&self, frames: [&Frame; 2]) -> SMatrix<f64, 24, 4> {
+        let [a, b] = frames.map(Placed::axes);
         let mut rows = SMatrix::<f64, 24, 4>::zeros();
         for k in 0..4 {
             let (c, d) = if k < 3 { (Vector3::ith(k, 1.0), 0.0) } else { (Vector3::zeros(), 1.0) };
-            let products = self.by_products(at, &Vector3::zeros(), &self.rotation.weights(&c, d));
-            for (side, own) in products.iter().enumerate() {
-                rows.fixed_view_mut::<12, 1>(12 * side, k).copy_from_slice(own.as_slice());
-            }
+            let w = self.rotation.weights(&c, d);
+            rows.fixed_view_mut::<9, 1>(3, k).copy_from_slice((b * w.transpose()).as_slice());
+            rows.fixed_view_mut::<9, 1>(15, k).copy_from_slice((a * w).as_slice());
         }
-        by += rows * at.turn.second(&torque) * rows.transpose();
+        rows
+    }
+
+    /// A second derivative by points and axes of both frames as one by the coordinates.
+    fn mapped(&self, by: &Square24) -> Square24 {
         let mut map = Square24::zeros();
         for (side, frame) in [&self.from, &self.to].into_iter().enumerate() {
             for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
@@ -382,7 +417,15 @@ impl SixCoordinates {
 
     /// Emits `Σ w_i ∇²ξ_i(q)`; always the same places in the same order.
     pub(crate) fn emit_second(&self, q: &[f64], w: &Vector6, out: &mut dyn Entries) {
-        let second = self.second(&self.placed(q), w);
+        self.emit(&self.second(&self.placed(q), w), out);
+    }
+
+    /// Emits `Σ w_i D³ξ_i(q)[z]`.
+    pub(crate) fn emit_third(&self, q: &[f64], z: &[f64], w: &Vector6, out: &mut dyn Entries) {
+        self.emit(&self.third(q, z, w), out);
+    }
+
+    fn emit(&self, second: &Square24, out: &mut dyn Entries) {
         let frames = [self.from.offset, self.to.offset];
         for (a, row) in frames.into_iter().enumerate() {
             for (b, column) in frames.into_iter().enumerate() {

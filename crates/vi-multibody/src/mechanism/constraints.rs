@@ -12,6 +12,24 @@ use vi_core::newton::Block;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME};
 
+impl Mechanism {
+    /// `out ← out + scale Σ_i w_i D³g_i(q)[x, y]`: products of linear forms have none, threads,
+    /// gears and prescribed motions have; those of rolling are left out.
+    pub(crate) fn add_weighted_thirds(
+        &self,
+        q: &[f64],
+        w: &[f64],
+        along: [&[f64]; 2],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        let first = 6 * self.description.bodies.len();
+        for (row, weight) in self.rows.iter().zip(&w[first..]) {
+            row.add_third(q, along, scale * weight, out);
+        }
+    }
+}
+
 impl Constraints for Mechanism {
     fn dim(&self) -> usize {
         let d = &self.description;

@@ -118,6 +118,54 @@ impl Network {
         row.iter().zip(dy.iter().chain(dz)).map(|(slope, by)| slope * by).sum()
     }
 
+    /// `slopes ← Σ w` times how the slopes of a source by the inputs change where these change by
+    /// `along`; without states.
+    pub(crate) fn bend_of(
+        &self,
+        weights: impl Iterator<Item = (Source, f64)>,
+        [y, along]: [&[f64]; 2],
+        slopes: &mut [f64],
+    ) {
+        slopes.fill(0.0);
+        let count = self.terms.len();
+        if !self.rates.is_empty() || self.terms.is_empty() {
+            return;
+        }
+        let (mut values, mut changes) = (vec![0.0; count], vec![0.0; count]);
+        let mut all: Vec<[Vec<f64>; 2]> = Vec::with_capacity(count); // slopes of each term, D² along
+        for (k, term) in self.terms.iter().enumerate() {
+            let of = |y: &[f64], values: &[f64]| -> Vec<f64> {
+                term.from.iter().map(|(source, _)| taken(*source, y, &[], values)).collect()
+            };
+            let [arguments, by] = [of(y, &values), of(along, &changes)];
+            let [mut first, mut second] = [(); 2].map(|()| vec![0.0; arguments.len()]);
+            let Ok(value) = term.program.gradient(&arguments, &mut first) else { return };
+            term.program.bend(&arguments, &by, &mut second);
+            (values[k], changes[k]) = (value, first.iter().zip(&by).map(|(a, b)| a * b).sum());
+            all.push([first, second]);
+        }
+        let mut adjoints = vec![[0.0; 2]; count]; // and how they change
+        for (source, w) in weights {
+            if let Source::Term(k) = source {
+                adjoints[k][0] += w;
+            }
+        }
+        for (k, term) in self.terms.iter().enumerate().rev() {
+            let ([adjoint, change], [first, second]) = (adjoints[k], &all[k]);
+            for ((source, _), (slope, bend)) in term.from.iter().zip(first.iter().zip(second)) {
+                let moved = change * slope + adjoint * bend;
+                match *source {
+                    Source::Input(i) => slopes[i] += moved,
+                    Source::State(_) => {}
+                    Source::Term(i) => {
+                        adjoints[i][0] += adjoint * slope;
+                        adjoints[i][1] += moved;
+                    }
+                }
+            }
+        }
+    }
+
     fn evaluate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
         let term = &self.terms[k];
         let count = term.from.len();
@@ -209,6 +257,12 @@ impl Law for Network {
                 }
             }
         }
+    }
+
+    fn bend(&self, y: &[f64], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        let efforts = self.efforts.iter().zip(w);
+        let weights = efforts.filter_map(|(source, w)| source.map(|source| (source, *w)));
+        self.bend_of(weights, [y, along], slopes);
     }
 
     fn is_dissipative(&self) -> bool {

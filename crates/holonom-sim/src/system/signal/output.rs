@@ -69,6 +69,22 @@ impl SignalGauge {
         value
     }
 
+    /// How its slopes by what signals read change where that changes by `along`; without states.
+    pub(crate) fn bend(
+        &self,
+        source: Source,
+        at: Configuration<'_>,
+        v: &[f64],
+        along: &[f64],
+    ) -> Vec<f64> {
+        let mut bend = vec![0.0; along.len()];
+        self.states.reading.read_inputs(at, v, at.internal, |y| {
+            let weight = std::iter::once((source, 1.0));
+            self.own.network.bend_of(weight, [y, along], &mut bend);
+        });
+        bend
+    }
+
     /// Its slopes there: by what signals read, then by their states.
     pub(crate) fn slopes(&self, source: Source, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
         let (reading, mut row) = (&self.states.reading, Vec::new());

@@ -1,4 +1,5 @@
-//! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step.
+//! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step; the
+//! second derivatives of all that acts.
 
 use super::SeparableSystem;
 use crate::configuration::Configuration;
@@ -57,8 +58,21 @@ impl SeparableSystem {
         forces.for_each(|force| force.add_bend(s, y, slots, out));
     }
 
-    /// The same of `z·(f − ∇V)` of these at a Gauss node, as [`DiscreteForce::add_gauss_bend`].
-    pub fn gauss_bend_beside_unknowns(
+    /// The same of `D_1 L_d + f_d^-` and `D_2 L_d + f_d^+` of all that acts.
+    pub fn forced_bend(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        slots: [Slot; 2],
+        out: &mut dyn Entries,
+    ) {
+        self.potentials().for_each(|potential| potential.add_bend(s, y, slots, -s.h, out));
+        self.forces.iter().for_each(|force| force.add_bend(s, y, slots, out));
+    }
+
+    /// The same of `z·(f − ∇V)` of all that acts, at a Gauss node, as
+    /// [`DiscreteForce::add_gauss_bend`].
+    pub fn gauss_bend(
         &self,
         at: Configuration<'_>,
         v: &[f64],
@@ -66,9 +80,10 @@ impl SeparableSystem {
         by: [f64; 4],
         out: &mut dyn Entries,
     ) {
-        let (potentials, forces) = self.other(&[]);
-        potentials.for_each(|potential| potential.add_third(at, z, -by[0], out));
-        forces.for_each(|force| force.add_gauss_bend(at, v, z, by, out));
+        if by[0] != 0.0 {
+            self.gauss_potentials().for_each(|potential| potential.add_third(at, z, -by[0], out));
+        }
+        self.gauss_forces().for_each(|force| force.add_gauss_bend(at, v, z, by, out));
     }
 
     /// Whether there are forces among these, which need not go with `h`.

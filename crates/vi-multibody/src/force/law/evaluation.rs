@@ -1,6 +1,7 @@
 //! A law evaluated in a step and at a node, its states eliminated.
 
 use super::input::Input;
+use crate::force::bends::Evaluated;
 use crate::geometry::six_coordinates::{SixChange, SixCoordinates};
 use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -33,6 +34,12 @@ pub trait Law: Send + Sync {
     /// The same with `slopes ← ∂(τ, φ)/∂(y, z)`: rows of efforts, then of states; columns of
     /// inputs, then of states.
     fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>);
+    /// `slopes ← Σ_k w_k` times how `∂τ_k/∂y` changes where `y` changes by `along`, of a law without
+    /// states; zero, unless said otherwise: second derivatives of laws steer a search for an optimum
+    /// and move none.
+    fn bend(&self, _y: &[f64], _along: &[f64], _w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+    }
     /// Whether it dissipates energy.
     fn is_dissipative(&self) -> bool;
     /// Whether efforts and rates are affine functions of states and of all inputs but time.
@@ -324,6 +331,17 @@ impl Reading {
             input.for_each_slope_by_position(at, v, &mut |i, slope| q[i] += w * slope);
             input.for_each_slope_by_velocity(at, v, &mut |i, slope| of_v[i] += w * slope);
         }
+    }
+
+    /// With the law and its second derivatives where `work` has its slopes; not where it has states.
+    pub(in crate::force) fn with_bends(&self, work: &Work, then: impl FnOnce(&Evaluated<'_>)) {
+        if !self.states.is_empty() {
+            return;
+        }
+        let bend = |along: &[f64], w: &[f64], out: &mut [f64]| {
+            self.law.bend(&work.y, along, w, out);
+        };
+        then(&Evaluated { efforts: work.efforts(), slopes: &work.slopes, bend: &bend });
     }
 
     /// Whether something of it is no function of a node: states of signals, what is held or past.

@@ -12,11 +12,13 @@
 //! At a node the same of `q` and `v`, with `w = ½ Σ d_I × ḋ_I`.
 
 use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::bends::Between;
 use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Configuration;
 use vi_core::interval::{Interval, Slot};
+use vi_core::sparse::{Entries, Product};
 use vi_rigid::directors::{self, FRAME, director};
 
 /// A quantity that a law reads.
@@ -166,6 +168,49 @@ fn for_each_spin_slope_by_velocity(
     for_each_of_frame(offset, [0, 1, 2].map(|i| a.cross(&director(own, i))), visit);
 }
 
+/// `∂_i w` by the directors of a frame.
+fn spin_slopes(at: Between<'_>, group: usize, offset: usize) -> [Matrix3<f64>; 3] {
+    let own = offset..offset + FRAME;
+    match (at, group) {
+        (Between::Ends(s), _) => {
+            let node = Slot::BOTH[group];
+            RotationVector::by_node(node, &s.q0[own.clone()], &s.q1[own]).map(|by| by / s.h)
+        }
+        (Between::Node { v, .. }, 0) => {
+            [0, 1, 2].map(|i| -0.5 * director(&v[own.clone()], i).cross_matrix())
+        }
+        (Between::Node { q, .. }, _) => {
+            [0, 1, 2].map(|i| 0.5 * director(&q[own.clone()], i).cross_matrix())
+        }
+    }
+}
+
+/// Emits `∂_i∂_j(a·w)` of a frame.
+fn emit_spin_second(
+    at: Between<'_>,
+    [i, j]: [usize; 2],
+    offset: usize,
+    a: &Vector3<f64>,
+    out: &mut dyn Entries,
+) {
+    match at {
+        Between::Ends(s) => {
+            let own = offset..offset + FRAME;
+            let ends = [&s.q0[own.clone()], &s.q1[own]];
+            let slots = [i, j].map(|group| Slot::BOTH[group]);
+            RotationVector::emit_step_second(ends, &(a / s.h), slots, offset, out);
+        }
+        Between::Node { .. } if i != j => {
+            // ½ a·(δd × δḋ) = −½ δdᵀ â δḋ
+            let sign = if i == 0 { -0.5 } else { 0.5 };
+            for k in [3, 6, 9].map(|k| offset + k) {
+                out.add_block(k, k, &(sign * a.cross_matrix()));
+            }
+        }
+        Between::Node { .. } => {}
+    }
+}
+
 fn unit(axis: usize, scale: f64) -> Vector3<f64> {
     Vector3::ith(axis, scale)
 }
@@ -308,6 +353,102 @@ impl Input {
                 for_each_spin_slope_by_position(v, *base, &-a, visit);
                 let w = spin_at_node(q, v, *of) - spin_at_node(q, v, *base);
                 along.for_each_slope(&w, visit);
+            }
+        }
+    }
+
+    /// `of_q ← of_q + scale ∂²y/∂q∂(q, v) (δq, δv)`, `of_v ← of_v + scale ∂²y/∂v∂(q, v) (δq, δv)` at
+    /// a node with the velocity `v`.
+    pub fn add_bends_at_node(
+        &self,
+        [q, v]: [&[f64]; 2],
+        changes: [&[f64]; 2],
+        scale: f64,
+        of: [&mut [f64]; 2],
+    ) {
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            let out = &mut Product { v: changes[j], out: &mut *of[i] };
+            self.emit_second(Between::Node { q, v }, [i, j], scale, out);
+        }
+    }
+
+    /// The entries of `∂_i y`.
+    pub(in crate::force) fn for_each_slope_between(
+        &self,
+        at: Between<'_>,
+        group: usize,
+        visit: &mut dyn FnMut(usize, f64),
+    ) {
+        match (at, group) {
+            (Between::Ends(s), _) => self.for_each_slope(s, Slot::BOTH[group], visit),
+            (Between::Node { q, v }, 0) => self.for_each_slope_by_position(q, v, visit),
+            (Between::Node { q, v }, _) => self.for_each_slope_by_velocity(q, v, visit),
+        }
+    }
+
+    /// Emits `weight ∂_i∂_j y`.
+    pub(in crate::force) fn emit_second(
+        &self,
+        at: Between<'_>,
+        groups: [usize; 2],
+        weight: f64,
+        out: &mut dyn Entries,
+    ) {
+        let ([q, v], [qq, qv, vq, _]) = (at.middle(), at.factors(groups));
+        match self {
+            Self::Time
+            | Self::Held(_)
+            | Self::Past(_)
+            | Self::Six(_)
+            | Self::Point(..)
+            | Self::PointRate(..) => {}
+            Self::Coordinate(own) | Self::Rate(own) => {
+                let is_rate = matches!(self, Self::Rate(_));
+                match at {
+                    Between::Ends(s) if groups[0] == groups[1] => {
+                        let part = at.parts(groups[0])[usize::from(is_rate)];
+                        let node = s.node(Slot::BOTH[groups[0]]);
+                        own.emit_second(node, weight * part, out);
+                    }
+                    Between::Ends(_) => {}
+                    Between::Node { .. } if is_rate => {
+                        if qq != 0.0 {
+                            own.emit_third(q, v, weight * qq, out);
+                        }
+                        if qv + vq != 0.0 {
+                            own.emit_second(q, weight * (qv + vq), out);
+                        }
+                    }
+                    Between::Node { .. } if qq != 0.0 => own.emit_second(q, weight * qq, out),
+                    Between::Node { .. } => {}
+                }
+            }
+            Self::Length(form) => {
+                form.emit_congruence(&(weight * qq * Self::direction(form, q).1), out);
+            }
+            Self::LengthRate(form) => {
+                let second = qq * form.length_third(q, v) + (qv + vq) * Self::direction(form, q).1;
+                form.emit_congruence(&(weight * second), out);
+            }
+            Self::Spin(offset, axis) => {
+                emit_spin_second(at, groups, *offset, &unit(*axis, weight), out);
+            }
+            Self::RelativeSpin { of, base, along } => {
+                let a = weight * along.at(q);
+                for (frame, sign) in [(*of, 1.0), (*base, -1.0)] {
+                    emit_spin_second(at, groups, frame, &(sign * a), out);
+                    // of the vector at the midpoint with the angular velocities
+                    let [left, right] = groups.map(|group| at.parts(group)[0]);
+                    let [rows, columns] = groups.map(|group| spin_slopes(at, group, frame));
+                    for (k, (row, column)) in rows.iter().zip(&columns).enumerate() {
+                        let at = frame + 3 + 3 * k;
+                        for term in along.terms() {
+                            let part = sign * weight * term.coefficient;
+                            out.add_block(term.offset, at, &(left * part * column));
+                            out.add_block(at, term.offset, &(right * part * row.transpose()));
+                        }
+                    }
+                }
             }
         }
     }

@@ -74,6 +74,22 @@ impl LawForce {
         });
     }
 
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, at a node; without
+    /// states.
+    pub fn add_effort_bends(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        effort: (usize, f64),
+        changes: [&[f64]; 2],
+        out: [&mut [f64]; 2],
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let (place, inputs) = ([at.q, v], &self.reading.inputs[..]);
+            self.reading.with_bends(work, |law| law.add(inputs, place, effort, changes, out));
+        });
+    }
+
     /// Emits `scale Σ_k e_k (dτ_k/dy ∂y)ᵀ`, where `each` visits `∂y` of an input.
     fn emit_slopes(
         &self,
@@ -138,6 +154,27 @@ impl DiscreteForce for LawForce {
             };
             self.emit_slopes(at, scale, work, each, out);
             self.target.emit_turning(at, (0.5, of == by), scale, work.efforts(), out);
+        });
+    }
+
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reading.inputs[..], &self.target as _);
+            self.reading.with_bends(work, |law| law.emit_in_step(own, s, y, slots, out));
+        });
+    }
+
+    fn add_gauss_bend(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        z: &[f64],
+        by: [f64; 4],
+        out: &mut dyn Entries,
+    ) {
+        self.reading.with_slopes_at_node(at, v, |work| {
+            let own = (&self.reading.inputs[..], &self.target as _);
+            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, v, z], by, out));
         });
     }
 

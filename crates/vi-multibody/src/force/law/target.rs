@@ -10,9 +10,11 @@ use super::input::Input;
 use super::place::Place;
 use super::relative::RelativeWrench;
 use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::bends::{Between, Pushes};
 use crate::force::wrench_law::{ActsOn, Block12};
 use crate::geometry::form::Form;
-use vi_core::sparse::Entries;
+use vi_core::interval::Slot;
+use vi_core::sparse::{Block, Entries, Product};
 
 /// What a law acts on.
 #[derive(Clone, Debug)]
@@ -131,6 +133,132 @@ impl Target {
             Self::Relative(own) => {
                 let wrench = std::array::from_fn(|k| efforts[k]);
                 own.emit_turning(at, (share, follows), scale, wrench, out);
+            }
+        }
+    }
+}
+
+/// Where the directions of a place are: shifts of the two groups move it so.
+struct Ends<'a>(Between<'a>);
+
+impl<'a> Ends<'a> {
+    /// The ends whose directions belong to `y`, each with whether a group moves it, and by how much
+    /// it moves what is at the middle.
+    fn each(&self, y: [&'a [f64]; 2], group: usize) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
+        match self.0 {
+            Between::Ends(s) => Slot::BOTH
+                .into_iter()
+                .enumerate()
+                .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
+                .collect(),
+            Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
+            Between::Node { .. } => Vec::new(),
+        }
+    }
+}
+
+impl Target {
+    /// `out ← out + scale ∂_i Σ_k τ_k a_k`, shape `n`.
+    fn add_slope_along(
+        &self,
+        ends: &[(Place<'_>, &[f64], (f64, bool))],
+        (efforts, scale): (&[f64], f64),
+        out: &mut [f64],
+    ) {
+        for (place, y, turns) in ends {
+            let into = &mut Product { v: y, out: &mut *out };
+            let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+            self.emit_turning(*place, *turns, scale, efforts, &mut along);
+        }
+    }
+
+    /// The coordinates that directions turn with.
+    fn coordinates(&self) -> Vec<usize> {
+        let of = |on: &ActsOn| on.offset()..on.offset() + on.size();
+        match self {
+            Self::Coordinate(_) | Self::Points(_) => Vec::new(),
+            Self::Member(on) => of(on).collect(),
+            Self::Relative(own) => of(&own.on).chain(of(&own.base)).collect(),
+        }
+    }
+}
+
+impl Pushes for Target {
+    fn along(&self, at: Between<'_>, y: [&[f64]; 2], k: usize) -> f64 {
+        let mut sum = 0.0;
+        for (place, y, _) in Ends(at).each(y, 0) {
+            self.for_each_direction(place, k, &mut |i, own| sum += own * y[i]);
+        }
+        sum
+    }
+
+    fn slope(&self, at: Between<'_>, y: [&[f64]; 2], k: usize, group: usize) -> Vec<f64> {
+        let mut unit = [0.0; 6];
+        unit[k] = 1.0;
+        let mut slope = vec![0.0; y[0].len()];
+        self.add_slope_along(&Ends(at).each(y, group), (&unit, 1.0), &mut slope);
+        slope
+    }
+
+    fn emit_second(
+        &self,
+        at: Between<'_>,
+        y: [&[f64]; 2],
+        (efforts, scale): (&[f64], f64),
+        [i, j]: [usize; 2],
+        out: &mut dyn Entries,
+    ) {
+        match self {
+            Self::Coordinate(own) => match at {
+                Between::Ends(s) if i == j => {
+                    own.emit_third(s.node(Slot::BOTH[i]), y[i], scale * efforts[0], out);
+                }
+                Between::Node { q, .. } if i + j == 0 => {
+                    own.emit_third(q, y[0], scale * efforts[0], out);
+                }
+                _ => {}
+            },
+            Self::Points(form) => {
+                let [q, _] = at.middle();
+                let both = match at {
+                    Between::Ends(_) => form.length_third(q, y[0]) + form.length_third(q, y[1]),
+                    Between::Node { .. } => form.length_third(q, y[0]),
+                };
+                let part = at.parts(i)[0] * at.parts(j)[0];
+                form.emit_congruence(&(-scale * part * efforts[0] * both), out);
+            }
+            Self::Member(_) | Self::Relative(_) => {
+                if matches!(at, Between::Node { .. }) && i + j > 0 {
+                    return;
+                }
+                // ∂_i a is a polynomial of degree 2 in the coordinates, of which half the difference
+                // from one side to the other is the derivative
+                let (mut row, ends) = (vec![0.0; y[0].len()], Ends(at).each(y, i));
+                for column in self.coordinates() {
+                    row.fill(0.0);
+                    for by in [1.0, -1.0] {
+                        let moved: Vec<[Vec<f64>; 2]> = (0..ends.len())
+                            .map(|end| {
+                                let (place, ..) = ends[end];
+                                let [mut own, mut mid] = [place.own.to_vec(), place.mid.to_vec()];
+                                mid[column] += by * at.parts(j)[0];
+                                if end == j {
+                                    own[column] += by;
+                                }
+                                [own, mid]
+                            })
+                            .collect();
+                        let moved: Vec<(Place<'_>, &[f64], (f64, bool))> = moved
+                            .iter()
+                            .zip(&ends)
+                            .map(|([own, mid], (_, y, turns))| (Place { own, mid }, *y, *turns))
+                            .collect();
+                        self.add_slope_along(&moved, (efforts, 0.5 * by * scale), &mut row);
+                    }
+                    for (i, value) in row.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+                        out.add(i, column, *value);
+                    }
+                }
             }
         }
     }

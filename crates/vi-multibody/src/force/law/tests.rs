@@ -6,7 +6,7 @@ use crate::pair::PairKind;
 use crate::pair::joint::FrameId::Ground;
 use nalgebra::{DMatrix, Rotation3, Vector3};
 use std::sync::Arc;
-use vi_testkit::slope_error;
+use vi_testkit::{bend_error, slope_error};
 
 /// Quadratic in inputs and states, of any number of efforts and rates.
 struct Curved {
@@ -44,6 +44,16 @@ impl Law for Curved {
             }
         }
         self.evaluate(y, z, values);
+    }
+    fn bend(&self, y: &[f64], along: &[f64], w: &[f64], slopes: &mut [f64]) {
+        slopes.fill(0.0);
+        for (k, w) in w.iter().enumerate() {
+            for i in 0..y.len() {
+                let (c, j) = (Self::coefficient(k, i), (i + k + 1) % y.len());
+                slopes[i] += w * c * along[j];
+                slopes[j] += w * c * along[i];
+            }
+        }
     }
     fn is_dissipative(&self) -> bool {
         true
@@ -158,6 +168,9 @@ fn derivatives_against_central_differences() {
             println!("{states} states, law {k}: slot derivatives {error:.1e}");
             assert!(error < 3e-8);
             if states == 0 {
+                let error = bend_error(&law, &s);
+                println!("law {k}: second derivatives {error:.1e}");
+                assert!(error < 1e-8);
                 let value = |q: &[f64], v: &[f64]| {
                     let mut out = vec![0.0; n];
                     law.add(0.4, q, v, 1.0, &mut out);
