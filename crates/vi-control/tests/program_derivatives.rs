@@ -158,6 +158,9 @@ fn of_every_term() {
         ("oc07_four_bar_to_rest", galerkin(2)),
         ("oc09_arm6_effort", galerkin(2)),
         ("oc06_satellite_three_wheels", galerkin(3)),
+        ("oc03_two_link_effort", galerkin(4)),
+        ("oc07_four_bar_to_rest", galerkin(6)),
+        ("oc03_two_link_effort", Method::Composition(Composition::SofroniouSpaletta21)),
     ] {
         for rest in [Rest::All, Rest::Free] {
             let case = Case::read(name);

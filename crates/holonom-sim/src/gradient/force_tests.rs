@@ -663,7 +663,7 @@ fn second_derivatives_of_numbers_agree_with_differences() {
     for (text, sensor, parts) in all {
         for part in parts {
             let source =
-                ModelText::from_text(Path::new("model.toml"), &sensing(text, &sensor, part, ""));
+                ModelText::from_text(Path::new("model.toml"), sensing(text, &sensor, part, ""));
             let model = source.model(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
             let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
             let begin = Begin::new(&model, &mut prepared).unwrap();

@@ -305,6 +305,17 @@ fn what_cannot_be_optimised_is_said() {
     }
 }
 
+/// A run that takes another solution of a step than the optimum says where, and what helps.
+#[test]
+fn another_motion_of_the_run_is_explained() {
+    let nine = "step = 0.2222222222222222, end = 2.0, order = 4, method = \"composition\"";
+    let found = found(&PENDULUM.replace("step = 0.05, end = 2.0", nine)).unwrap();
+    println!("{:?}: {:?}", found.report.status, found.report.missed);
+    assert_eq!((found.report.status, found.report.steps), (Status::OtherMotion, 9));
+    let [message] = &found.report.missed[..] else { panic!("one") };
+    assert!(message.contains("at node 8") && message.contains("take more steps"), "{message}");
+}
+
 /// A damper would feed energy in where sub-steps go backward.
 #[test]
 fn dampers_beside_backward_sub_steps_are_refused() {

@@ -10,6 +10,7 @@ use holonom_model::{
 };
 use vi_control::optimum::{Optimum, Verdict};
 use vi_control::program::Outcome;
+use vi_control::replay::Replay;
 use vi_control::transcription::Motion;
 
 /// The model of a motion with its controls as motors and loads, for an ordinary run.
@@ -107,6 +108,7 @@ pub(super) fn report(
             let part = if motion.within[*step].is_empty() { "" } else { "a part of " };
             vec![format!("{turn:.2} rad in {part}step {step}: take more steps")]
         }
+        Verdict::OtherMotion => vec![other_motion(found.replay.as_ref())],
         _ => Vec::new(),
     };
     missed.extend(found.unreached.iter().map(|names| unreached(names)));
@@ -140,6 +142,23 @@ pub(super) fn report(
     };
     let (model, controls) = (moved(model, motion), motion.controls.clone());
     Found { report, steps: rows, model, costates: found.costates, controls }
+}
+
+/// How the run of the controls parts from the motion, in words.
+fn other_motion(replay: Option<&Replay>) -> String {
+    let Some(own) = replay else {
+        return "there is no run of these controls: see what `holonom run` says of the model"
+            .into();
+    };
+    let (node, deviation) = (own.node, own.deviation);
+    if let Some(refused) = &own.refused {
+        return format!("its run stops in step {node}: {refused}; take more steps");
+    }
+    let single = own.by_steps.map_or_else(String::new, |by| format!(", single steps by {by:.1e}"));
+    format!(
+        "its run is off by {deviation:.1e} (m, directors 1) at node {node}{single}: a step has \
+         another solution there, as where it turns a body far: take more steps"
+    )
 }
 
 /// Why a method has not finished, in words.

@@ -55,6 +55,10 @@ use vi_multibody::scalar_constraint::ScalarRow;
 /// ends.
 const CHART: f64 = 1.2;
 
+/// What has to be a wrench.
+const NO_COORDINATE: &str =
+    "efforts along ball joints and free bodies (let a wrench act on the body in their place)";
+
 /// A problem of optimal control of a mechanism as a nonlinear program.
 #[derive(Debug)]
 pub struct Transcription {
@@ -169,9 +173,9 @@ impl Transcription {
         let coordinates: Vec<_> = coordinates.collect();
         let is_effort = |control: &Control| matches!(control.acts, Acts::Along(_));
         let mut efforts = problem.controls.iter().zip(&coordinates);
-        let unknown = efforts.any(|(own, coordinate)| is_effort(own) && coordinate.is_none());
-        if problem.method.stages().is_some() && unknown {
-            return Err(ProblemError::NotCovered("efforts of ball joints by Galerkin steps"));
+        if efforts.any(|(own, coordinate)| is_effort(own) && coordinate.is_none()) {
+            // charts turn these about themselves: no torque belongs to one of their coordinates
+            return Err(ProblemError::NotCovered(NO_COORDINATE));
         }
         let velocities = Velocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];

@@ -23,7 +23,7 @@ use super::Transcription;
 use super::derivatives::Sink;
 use super::piece::{Effect, Kind, Piece, add_product, products};
 use super::point::Point;
-use super::problem::{Acts, Control, CostKind, Problem, ProblemError, Quantity};
+use super::problem::{CostKind, Problem, ProblemError, Quantity};
 use crate::node::{NodeQuantity, Reads};
 use crate::objective::{self, Known, Seen};
 use crate::program::Undefined;
@@ -91,13 +91,6 @@ impl Velocities {
         let rows = rows.map_err(|_| ProblemError::NotCovered("velocities at a singular start"))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
-        let turns_ball = |control: &Control| match control.acts {
-            Acts::Along(unknown) => coordinate(mechanism, unknown).is_none(),
-            Acts::Wrench(_) => false,
-        };
-        if problem.controls.iter().any(turns_ball) {
-            return Err(ProblemError::NotCovered("velocities beside efforts of ball joints"));
-        }
         let reader = NodeReader::at(mechanism, system, (&rows, &state), &[], None)?;
         Ok(Some(Self { reader }))
     }
