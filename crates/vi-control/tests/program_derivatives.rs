@@ -481,8 +481,8 @@ fn beside_wrenches() {
     }
 }
 
-/// A nut on a thread that carries an arm: rows whose third derivatives do not vanish. They change no
-/// velocity of what turns about one axis alone, so that the thread is not along the last joint.
+/// A nut on a thread that carries an arm: rows whose third derivatives do not vanish. They change
+/// no velocity of what turns about one axis alone, so that the thread is not along the last joint.
 #[test]
 fn of_numbers_on_threads() {
     let vector = nalgebra::Vector3::new;

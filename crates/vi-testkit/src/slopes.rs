@@ -197,8 +197,8 @@ fn pulled(n: usize, y: &[f64], emit: impl FnOnce(&mut dyn Entries)) -> Vec<f64> 
     out
 }
 
-/// The largest error of the second derivatives of a force in a step, and of the continuous one where
-/// the step starts, relative to the largest entry of each, along some covectors.
+/// The largest error of the second derivatives of a force in a step, and of the continuous one
+/// where the step starts, relative to the largest entry of each, along some covectors.
 pub fn bend_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
     let (n, slot) = (s.dim(), |group: usize| Slot::BOTH[group]);
     let [y, other] = [0.37, 0.23].map(|seed| covector(n, seed));

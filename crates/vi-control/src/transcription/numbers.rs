@@ -7,9 +7,9 @@
 //! ∂y/∂ξ_n     = Kᵀ (y_q + Dᵀ y_p̄ + (h/2) Σ w_{n−1} D²θ y_p̄),      ∂y/∂ξ_{n−1} = Kᵀ Cᵀ y_p̄
 //! ∂y/∂w_{n−1} = (h/2) ∇θ·y_p̄,  or y_p̄·f_w^+ of a wrench,          ∂y/∂h = y_p̄·∂p̄_n/∂h
 //! ```
-//! In Galerkin steps `p̄_n = w_s` [2.29], with the derivatives of `w_s`.
-//! Second derivatives, with the changes `(δq_n, δp̄_n)` along each variable, `ŷ(q_n, p̄_n)`, and what
-//! `y` is by each node `j` of the piece at fixed `y_p̄`, `v_j = y_q δ_jn + (∂p̄_n/∂q_j)ᵀ y_p̄`:
+//! In Galerkin steps `p̄_n = w_s` [2.29], with the derivatives of `w_s`. Second derivatives, with
+//! the changes `(δq_n, δp̄_n)` along each variable, `ŷ(q_n, p̄_n)`, and what `y` is by each node
+//! `j` of the piece at fixed `y_p̄`, `v_j = y_q δ_jn + (∂p̄_n/∂q_j)ᵀ y_p̄`:
 //! ```text
 //! ∇²y (a, b)   = D²ŷ[(δ_aq, δ_ap̄), (δ_bq, δ_bp̄)]                                                  [2.54]
 //! ∇²y (ξ_i, ξ_j) ∋ K_iᵀ (∂²(y_p̄·p̄_n)/∂q_i∂q_j) K_j + δ_ij v_j·K_kl
@@ -255,8 +255,8 @@ impl Transcription {
         slopes
     }
 
-    /// `∂p̄_n/∂q_j X`, or its transpose times `X`, of the momentum with which a piece ends, `q_j` its
-    /// node of this number.
+    /// `∂p̄_n/∂q_j X`, or its transpose times `X`, of the momentum with which a piece ends, `q_j`
+    /// its node of this number.
     fn momentum_slope(
         &self,
         point: &Point,
@@ -322,8 +322,8 @@ impl Transcription {
         change
     }
 
-    /// Emits `∂²(y·p̄_n)/∂q_i∂q_j` of the momentum with which a piece ends, `Y`: zero but for `y` at
-    /// its last node.
+    /// Emits `∂²(y·p̄_n)/∂q_i∂q_j` of the momentum with which a piece ends, `Y`: zero but for `y`
+    /// at its last node.
     fn emit_momentum_bend(
         &self,
         point: &Point,

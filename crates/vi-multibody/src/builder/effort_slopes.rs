@@ -42,8 +42,8 @@ impl NamedForce {
         }
     }
 
-    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of the
-    /// efforts at a node; nothing where it is no law, or one with states.
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of
+    /// the efforts at a node; nothing where it is no law, or one with states.
     pub fn add_effort_bends(
         &self,
         at: Configuration<'_>,
@@ -68,8 +68,8 @@ impl NamedForce {
 }
 
 impl ForceElements {
-    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of the
-    /// efforts of the bushing of this name at a node; nothing of a law with states.
+    /// `q ← q + scale ∂²τ_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of number `k` of
+    /// the efforts of the bushing of this name at a node; nothing of a law with states.
     pub fn add_bushing_bends(
         &self,
         name: &str,

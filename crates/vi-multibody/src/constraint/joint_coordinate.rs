@@ -576,8 +576,8 @@ impl JointCoordinate {
     }
 
     /// Emits `∂²/∂q_i∂q_j` of `φ (∇θ(q_n)·y_0 + ∇θ(q_{n+1})·y_1)` with an effort of a step
-    /// `φ(θ(q_n), θ(q_{n+1}))`, its derivatives by the coordinates at the nodes `i` and `j`, and its
-    /// second one by both. Allocates.
+    /// `φ(θ(q_n), θ(q_{n+1}))`, its derivatives by the coordinates at the nodes `i` and `j`, and
+    /// its second one by both. Allocates.
     pub(crate) fn emit_pair_bends(
         &self,
         s: &Interval,

@@ -9,9 +9,9 @@
 //! ∂y/∂v̂·∂²v̂/∂a∂b = −[ w·(Σ δ_aμ_i D²g_i) δ_bq + ν·D²g[δ_bq, δ_av̂] + the same with a, b exchanged
 //!                  + Σ μ_i D³g_i[w, δ_aq, δ_bq] + Σ ν_i D³g_i[v̂, δ_aq, δ_bq] ]                     [2.54]
 //! ```
-//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`; the
-//! last one is the second line differentiated again, along the same.
-//! Redundant constraints: `μ` and `ν` of independent rows; the others follow.
+//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
+//! the last one is the second line differentiated again, along the same. Redundant constraints: `μ`
+//! and `ν` of independent rows; the others follow.
 #![allow(non_snake_case)] // G, M
 
 use super::explicit::Masses;
@@ -158,8 +158,8 @@ impl NodeVelocity {
         Ok(&x[..n])
     }
 
-    /// The change of `v̂` where the configuration changes by `dq` and the momentum by `dp`, with its
-    /// second changes along the `of_v` of the last [`NodeVelocity::pull`], at the same node.
+    /// The change of `v̂` where the configuration changes by `dq` and the momentum by `dp`, with
+    /// its second changes along the `of_v` of the last [`NodeVelocity::pull`], at the same node.
     ///
     /// # Errors
     /// As of [`NodeVelocity::find`].

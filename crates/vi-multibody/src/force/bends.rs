@@ -5,8 +5,8 @@
 //! ∂_i∂_jφ = Σ_lm (Σ_k a_k ∂²τ_k/∂y_l∂y_m) ∂_iy_l ∂_jy_mᵀ + Σ_l (Σ_k a_k ∂τ_k/∂y_l) ∂_i∂_jy_l          [2.55]
 //!         + Σ_k (∂_iτ_k ∂_ja_kᵀ + ∂_ia_k ∂_jτ_kᵀ + τ_k ∂_i∂_ja_k)
 //! ```
-//! `i`, `j`: both ends of a step, or positions and velocities at a node. `y`: what a law reads, `e_k`:
-//! what its efforts act along.
+//! `i`, `j`: both ends of a step, or positions and velocities at a node. `y`: what a law reads,
+//! `e_k`: what its efforts act along.
 
 use super::law::Input;
 use nalgebra::DMatrix;

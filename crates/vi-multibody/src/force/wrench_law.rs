@@ -39,8 +39,8 @@ pub trait WrenchLaw: Send + Sync {
     fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6];
     /// `(f, τ)` and its derivatives by `y`.
     fn gradient(&self, y: &[f64; INPUTS], slopes: &mut WrenchSlopes) -> [f64; 6];
-    /// `slopes ← Σ_k w_k` times how the derivatives of effort `k` by `y` change where `y` changes by
-    /// `along`; zero, unless said otherwise.
+    /// `slopes ← Σ_k w_k` times how the derivatives of effort `k` by `y` change where `y` changes
+    /// by `along`; zero, unless said otherwise.
     fn bend(&self, _y: &[f64; INPUTS], _along: &[f64], _w: &[f64], slopes: &mut [f64]) {
         slopes.fill(0.0);
     }
@@ -370,8 +370,8 @@ impl WrenchForce {
         then((&reads, &target), &Evaluated { efforts: &efforts, slopes: &slopes, bend: &bend });
     }
 
-    /// `q ← q + scale ∂²y_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of the efforts at a
-    /// node.
+    /// `q ← q + scale ∂²y_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of the efforts at
+    /// a node.
     pub fn add_effort_bends(
         &self,
         (t, q, v): (f64, &[f64], &[f64]),

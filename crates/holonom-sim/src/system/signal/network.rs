@@ -132,7 +132,7 @@ impl Network {
             return;
         }
         let (mut values, mut changes) = (vec![0.0; count], vec![0.0; count]);
-        let mut all: Vec<[Vec<f64>; 2]> = Vec::with_capacity(count); // slopes of each term, D² along
+        let mut all: Vec<[Vec<f64>; 2]> = Vec::with_capacity(count); // slopes, D² along
         for (k, term) in self.terms.iter().enumerate() {
             let of = |y: &[f64], values: &[f64]| -> Vec<f64> {
                 term.from.iter().map(|(source, _)| taken(*source, y, &[], values)).collect()

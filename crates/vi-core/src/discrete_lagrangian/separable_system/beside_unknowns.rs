@@ -1,5 +1,5 @@
-//! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step; the
-//! second derivatives of all that acts.
+//! What acts beside inertia, constant forces and efforts along unknowns, at both ends of a step;
+//! the second derivatives of all that acts.
 
 use super::SeparableSystem;
 use crate::configuration::Configuration;

@@ -34,9 +34,9 @@ pub trait Law: Send + Sync {
     /// The same with `slopes ← ∂(τ, φ)/∂(y, z)`: rows of efforts, then of states; columns of
     /// inputs, then of states.
     fn gradient(&self, y: &[f64], z: &[f64], values: &mut [f64], slopes: &mut DMatrix<f64>);
-    /// `slopes ← Σ_k w_k` times how `∂τ_k/∂y` changes where `y` changes by `along`, of a law without
-    /// states; zero, unless said otherwise: second derivatives of laws steer a search for an optimum
-    /// and move none.
+    /// `slopes ← Σ_k w_k` times how `∂τ_k/∂y` changes where `y` changes by `along`, of a law
+    /// without states; zero, unless said otherwise: second derivatives of laws steer a search for
+    /// an optimum and move none.
     fn bend(&self, _y: &[f64], _along: &[f64], _w: &[f64], slopes: &mut [f64]) {
         slopes.fill(0.0);
     }
@@ -333,7 +333,8 @@ impl Reading {
         }
     }
 
-    /// With the law and its second derivatives where `work` has its slopes; not where it has states.
+    /// With the law and its second derivatives where `work` has its slopes; not where it has
+    /// states.
     pub(in crate::force) fn with_bends(&self, work: &Work, then: impl FnOnce(&Evaluated<'_>)) {
         if !self.states.is_empty() {
             return;

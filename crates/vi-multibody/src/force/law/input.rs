@@ -357,8 +357,8 @@ impl Input {
         }
     }
 
-    /// `of_q ← of_q + scale ∂²y/∂q∂(q, v) (δq, δv)`, `of_v ← of_v + scale ∂²y/∂v∂(q, v) (δq, δv)` at
-    /// a node with the velocity `v`.
+    /// `of_q ← of_q + scale ∂²y/∂q∂(q, v) (δq, δv)`, `of_v ← of_v + scale ∂²y/∂v∂(q, v) (δq, δv)`
+    /// at a node with the velocity `v`.
     pub fn add_bends_at_node(
         &self,
         [q, v]: [&[f64]; 2],

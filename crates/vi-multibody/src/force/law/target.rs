@@ -231,8 +231,8 @@ impl Pushes for Target {
                 if matches!(at, Between::Node { .. }) && i + j > 0 {
                     return;
                 }
-                // ∂_i a is a polynomial of degree 2 in the coordinates, of which half the difference
-                // from one side to the other is the derivative
+                // ∂_i a is a polynomial of degree 2 in the coordinates, of which half the
+                // difference from one side to the other is the derivative
                 let (mut row, ends) = (vec![0.0; y[0].len()], Ends(at).each(y, i));
                 for column in self.coordinates() {
                     row.fill(0.0);
