@@ -29,37 +29,39 @@ pub mod text_file;
 
 pub use page::FuzzTallies;
 
+use page::PageNumbers;
 use soak::tally::SoakTally;
 use stored::Stored;
 
-/// Writes the page: `--soak FILE… --fuzz FILE… --interrupt FILE…`, the parts of one run each, and
-/// `--touching FILE…`, where bodies that touch were tried by themselves.
+/// Writes the page: `--soak FILE… --touching FILE… --fuzz FILE… --interrupt FILE…`, the parts of one
+/// run each. The section of what is not named stays as it is.
 ///
 /// # Errors
 /// What cannot be understood, read or written, in words.
 pub fn run(options: &[&str]) -> Result<(), String> {
-    const HELP: &str = "write --soak FILE… --fuzz FILE… --interrupt FILE… [--touching FILE…]";
-    const WORDS: [&str; 4] = ["--soak", "--fuzz", "--interrupt", "--touching"];
+    const WORDS: [&str; 4] = ["--soak", "--touching", "--fuzz", "--interrupt"];
     let mut files: [Vec<&str>; 4] = Default::default();
     let mut last = None;
     for option in options {
         match (WORDS.iter().position(|word| word == option), last) {
             (Some(word), _) => last = Some(word),
             (None, Some(word)) => files[word].push(option),
-            (None, None) => return Err(HELP.to_owned()),
+            (None, None) => {
+                return Err(format!("write {} FILE…, or some of them", WORDS.join(" FILE… ")));
+            }
         }
     }
-    if files[..3].iter().any(Vec::is_empty) {
-        return Err(HELP.to_owned());
-    }
-    let [soak, fuzz, interrupt, touching] = &files;
+    let [soak, touching, fuzz, interrupt] = &files;
     let mut add = |all: &mut SoakTally, part| all.add(part);
-    let soak = Stored::read(soak, &mut add)?;
-    let touching = if touching.is_empty() { None } else { Some(Stored::read(touching, &mut add)?) };
-    let fuzz = Stored::read(fuzz, &mut |all: &mut FuzzTallies, part: FuzzTallies| {
-        part.into_iter().for_each(|(name, tally)| all.entry(name).or_default().add(tally));
-    })?;
-    let interrupt = Stored::read(interrupt, &mut |all, part| interrupt::tally::add(all, part))?;
+    let numbers = PageNumbers {
+        soak: Stored::read_some(soak, &mut add)?,
+        touching: Stored::read_some(touching, &mut add)?,
+        fuzz: Stored::read_some(fuzz, &mut |all: &mut FuzzTallies, part: FuzzTallies| {
+            part.into_iter().for_each(|(name, tally)| all.entry(name).or_default().add(tally));
+        })?,
+        interrupt: Stored::read_some(interrupt, &mut |all, part| interrupt::tally::add(all, part))?,
+    };
     let path = program::repository().join("RELIABILITY.md");
-    text_file::write(&path, &page::page(&soak, touching.as_ref(), &fuzz, &interrupt))
+    let before = text_file::read(&path)?;
+    text_file::write(&path, &page::page(&before, &numbers))
 }

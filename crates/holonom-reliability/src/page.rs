@@ -15,26 +15,60 @@ use std::fmt::Write;
 const HEAD: &str = include_str!("head.md");
 const FINDINGS: &str = include_str!("findings.md");
 
+const MECHANISMS: &str = "Mechanisms";
+const TOUCHING: &str = "Bodies that touch";
+const INPUTS: &str = "Inputs";
+const RUNS: &str = "Runs that are disturbed";
+
 /// Numbers of all targets.
 pub type FuzzTallies = BTreeMap<String, FuzzTally>;
 
-pub(crate) fn page(
-    soak: &Stored<SoakTally>,
-    touching: Option<&Stored<SoakTally>>,
-    fuzz: &Stored<FuzzTallies>,
-    interrupt: &Stored<InterruptTallies>,
-) -> String {
-    let mut out = format!("# Reliability\n\n{HEAD}");
-    mechanisms(&mut out, soak);
-    if let Some(touching) = touching {
-        bodies_that_touch(&mut out, touching);
-    }
-    inputs(&mut out, fuzz);
-    large_inputs(&mut out);
-    runs(&mut out, interrupt);
+/// The stored numbers of a page, as far as there are any.
+#[derive(Debug, Default)]
+pub(crate) struct PageNumbers {
+    pub soak: Option<Stored<SoakTally>>,
+    pub touching: Option<Stored<SoakTally>>,
+    pub fuzz: Option<Stored<FuzzTallies>>,
+    pub interrupt: Option<Stored<InterruptTallies>>,
+}
+
+/// The page with these numbers: a section without any is that of the page `before`.
+pub(crate) fn page(before: &str, numbers: &PageNumbers) -> String {
+    let mut out = page_of(before, numbers);
     defects(&mut out);
     let _ = write!(out, "\n## Findings\n\n{FINDINGS}");
     out
+}
+
+/// Its sections with numbers.
+fn page_of(before: &str, numbers: &PageNumbers) -> String {
+    let PageNumbers { soak, touching, fuzz, interrupt } = numbers;
+    let mut out = format!("# Reliability\n\n{HEAD}");
+    match soak {
+        Some(soak) => mechanisms(&mut out, soak),
+        None => out += section(before, MECHANISMS),
+    }
+    match touching {
+        Some(touching) => bodies_that_touch(&mut out, touching),
+        None => out += section(before, TOUCHING),
+    }
+    match fuzz {
+        Some(fuzz) => inputs(&mut out, fuzz),
+        None => out += section(before, INPUTS),
+    }
+    match interrupt {
+        Some(interrupt) => runs(&mut out, interrupt),
+        None => out += section(before, RUNS),
+    }
+    out
+}
+
+/// The section of a page with this title, from the empty line before it; empty without one.
+fn section<'a>(page: &'a str, title: &str) -> &'a str {
+    let heading = format!("\n## {title}\n");
+    let Some(start) = page.find(&heading) else { return "" };
+    let length = page[start + 1..].find("\n## ").map_or(page.len() - start, |end| end + 1);
+    &page[start..start + length]
 }
 
 /// A number with its thousands apart.
@@ -57,7 +91,7 @@ fn percent(part: u64, of: u64) -> String {
 fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
     let _ = write!(
         out,
-        "\n## Mechanisms\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs,\n\
+        "\n## {MECHANISMS}\n\n{} random mechanisms, seed {seed}, 20 steps each: trees and closed loops of all kinematic pairs,\n\
          redundant joints, point masses on bars, beams; springs, dampers, motors, loads, gear constraints, prescribed motions;\n\
          all schemes, orders 2 to 8, steps from 1e-5 s to 0.04 s.\n\n",
         grouped(found.mechanisms),
@@ -82,7 +116,7 @@ fn mechanisms(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
 fn bodies_that_touch(out: &mut String, Stored { seed, found }: &Stored<SoakTally>) {
     let _ = write!(
         out,
-        "\n## Bodies that touch\n\n{} random mechanisms, seed {seed}, 40 steps each (`cargo xtask soak --touching`): spheres, capsules, cylinders, boxes and meshes,\n\
+        "\n## {TOUCHING}\n\n{} random mechanisms, seed {seed}, 40 steps each (`cargo xtask soak --touching`): spheres, capsules, cylinders, boxes and meshes,\n\
          one or two on a body, free or on joints with stops and dry friction, on a plane, on a body that is fixed, on planes of bodies that move, or in free flight;\n\
          next to each other in any attitude or flush; all laws of impact, `events` and `stepping`, steps from 1e-5 s to 5e-3 s. Gaps and stops are passed by less\n\
          than {:.0e} m or rad.\n\n",
@@ -145,7 +179,7 @@ fn reasons(out: &mut String, title: &str, reasons: &BTreeMap<String, Reason>) {
 fn inputs(out: &mut String, Stored { seed, found }: &Stored<FuzzTallies>) {
     let _ = write!(
         out,
-        "\n## Inputs\n\nMutated inputs, seed {seed}. An answer is right if the input is accepted, or refused in words, in bounded time and \
+        "\n## {INPUTS}\n\nMutated inputs, seed {seed}. An answer is right if the input is accepted, or refused in words, in bounded time and \
          memory; what an accepted input must fulfil stands in `crates/holonom-reliability/src/fuzz/targets/mod.rs`.\n\n\
          | target | executions | accepted | kinds of refusals | largest memory | faults |\n|---|---|---|---|---|---|\n"
     );
@@ -165,8 +199,10 @@ fn inputs(out: &mut String, Stored { seed, found }: &Stored<FuzzTallies>) {
             tally.faults.len()
         );
     }
+    large_inputs(out);
 }
 
+/// Of the present program.
 fn large_inputs(out: &mut String) {
     out.push_str("\n| input | answer |\n|---|---|\n");
     for (name, answer) in limits::all() {
@@ -190,7 +226,7 @@ fn runs(out: &mut String, Stored { seed, found }: &Stored<InterruptTallies>) {
     let count: u64 = found.values().map(|row| row.experiments).sum();
     let _ = write!(
         out,
-        "\n## Runs that are disturbed\n\n{} runs of the program as a process, seed {seed}: bodies and beams, loops, point masses, variational and\n\
+        "\n## {RUNS}\n\n{} runs of the program as a process, seed {seed}: bodies and beams, loops, point masses, variational and\n\
          energy–momentum schemes, sensors. A run is disturbed up to four times, at moments that the clock decides, continued after each time\n\
          and at last to its end; one with a damaged file may say that it cannot be continued, and is begun anew. Then tables, plots, model and\n\
          summary must be those of an undisturbed run, byte for byte (but for the time that it took). In between a disturbed run must leave whole rows, say why it\n\
@@ -222,6 +258,24 @@ fn defects(out: &mut String) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_section_without_numbers_stays() {
+        let found = SoakTally { mechanisms: 7, ..SoakTally::default() };
+        let numbers = |seed| PageNumbers {
+            touching: Some(Stored { seed, found: found.clone() }),
+            ..PageNumbers::default()
+        };
+        let before = "# A\n\n## Mechanisms\n\na\n\n## Inputs\n\nb\n\n| c |\n\n## Findings\n\nd\n";
+        assert_eq!(section(before, INPUTS), "\n## Inputs\n\nb\n\n| c |\n");
+        assert_eq!(section(before, "Findings"), "\n## Findings\n\nd\n");
+        assert_eq!(section(before, TOUCHING), "");
+        let first = page_of(before, &numbers(1));
+        let again = page_of(&first, &numbers(2));
+        assert!(first.contains("\n## Mechanisms\n\na\n\n## Bodies that touch\n\n7 random"));
+        assert_eq!(again, first.replace("seed 1", "seed 2"));
+        assert_eq!(first, page_of(&first, &PageNumbers::default()));
+    }
 
     #[test]
     fn thousands_are_apart() {

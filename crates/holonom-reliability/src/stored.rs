@@ -24,11 +24,14 @@ impl<T: Serialize + DeserializeOwned> Stored<T> {
         text_file::write(path, &text)
     }
 
-    /// Reads files of one seed.
+    /// Reads files of one seed; `None` of no files.
     ///
     /// # Errors
     /// What cannot be read, in words.
-    pub fn read(paths: &[&str], add: &mut dyn FnMut(&mut T, T)) -> Result<Self, String> {
+    pub fn read_some(
+        paths: &[&str],
+        add: &mut dyn FnMut(&mut T, T),
+    ) -> Result<Option<Self>, String> {
         let mut all: Option<Self> = None;
         for path in paths {
             let text = text_file::read(Path::new(path))?;
@@ -39,6 +42,6 @@ impl<T: Serialize + DeserializeOwned> Stored<T> {
                 Some(_) => return Err(format!("{path} has another seed")),
             }
         }
-        all.ok_or_else(|| "no file is named".to_owned())
+        Ok(all)
     }
 }
