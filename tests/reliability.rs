@@ -2,6 +2,7 @@
 //! on purpose is found.
 #![allow(clippy::unwrap_used)] // tests
 
+use holonom::Model;
 use holonom_reliability::fuzz::lane::{Lane, Watch};
 use holonom_reliability::fuzz::targets::{Answer, Target, all};
 use holonom_reliability::fuzz::{self, limits};
@@ -11,7 +12,7 @@ use holonom_reliability::soak::defects::SoakDefect;
 use holonom_reliability::soak::judge::{Checks, judge};
 use holonom_reliability::soak::minimise::minimise;
 use holonom_reliability::soak::tally::SoakTally;
-use holonom_reliability::soak::{self, draw::Draw, generate::mechanism};
+use holonom_reliability::soak::{self, draw::Draw, generate::mechanism, generate::touching};
 use std::path::PathBuf;
 use vi_testkit::CountingAllocator;
 
@@ -91,6 +92,21 @@ fn a_fault_is_found_in_a_smaller_mechanism() {
     let parts = (model.bodies.len(), smallest.bodies.len(), smallest.joints.len());
     println!("of {} bodies {} with {} joints", parts.0, parts.1, parts.2);
     assert_eq!((smallest.bodies.len(), smallest.joints.len()), (1, 0));
+    assert!(judge(&smallest, checks, defect).fault.unwrap().resembles(&fault));
+}
+
+#[test]
+fn rules_of_contact_that_a_fault_does_not_need_are_removed() {
+    let (checks, defect) = (Checks::default(), Some(SoakDefect::Gap));
+    let large = (0..400).map(|index| touching(2, index)).filter(|model| model.bodies.len() > 3);
+    let found =
+        large.filter_map(|model| Some((judge(&model, checks, defect).fault?, model))).next();
+    let (fault, model) = found.unwrap();
+    let smallest = minimise(&model, checks, defect, &fault);
+    let parts = |model: &Model| [model.bodies.len(), model.contacts.len(), model.joints.len()];
+    println!("of {:?} bodies, contacts and joints {:?}", parts(&model), parts(&smallest));
+    let [bodies, contacts, joints] = parts(&smallest);
+    assert!(bodies <= 2 && contacts == 1 && joints == 0);
     assert!(judge(&smallest, checks, defect).fault.unwrap().resembles(&fault));
 }
 

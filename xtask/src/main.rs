@@ -31,18 +31,20 @@ cargo xtask stability [TABLE]
 cargo xtask roundoff [--of MODEL] [--parts N]
                        how rounding errors add up over up to 100 million steps, into docs/round-off.md; MODEL: its
                        rows alone, N: an N-th of the steps, printed only
-cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [--restated] [--touching] [-o DIR] [--json FILE] | --model FILE | --growth
+cargo xtask soak [--count N] [--seed S] [--shard i/n] [--jobs J] [--quick] [--restated] [--touching] [--failures] [-o DIR] [--json FILE] | --model FILE | --growth
                        random valid mechanisms, assembled, stepped and judged; those with a fault are reduced and
                        written into DIR (target/soak); --restated: all are also turned, moved, reordered and
-                       stated in other units, not one of 32; --model: judges one model file; --growth: the times
-                       of steps of large mechanisms with one member more
+                       stated in other units, not one of 32; --touching: bodies of all shapes that touch; --failures:
+                       the first mechanism of each reason for refused steps is reduced, too; --model: judges one model
+                       file; --growth: the times of steps of large mechanisms with one member more
 cargo xtask fuzz [TARGET…] [--executions N] [--seed S] [--shard i/n] [--jobs J] [-o DIR] [--json FILE]
                        mutated model files, checkpoints, tables, command lines; inputs with a fault into DIR
                        (target/fuzz)
 cargo xtask interrupt [--count N] [--seed S] [--shard i/n] [--jobs J] [--json FILE]
                        runs that are killed, interrupted, without space, damaged, two at once, and continued to the end
-cargo xtask reliability --soak FILE… --fuzz FILE… --interrupt FILE… [--touching FILE…]
-                       writes RELIABILITY.md from what the three stored by --json
+cargo xtask reliability [--soak FILE…] [--touching FILE…] [--fuzz FILE…] [--interrupt FILE…]
+                       writes RELIABILITY.md from what these stored by --json; the section of one without a file
+                       stays as it is
 cargo xtask figures    the figures of the article, into examples/leyendecker_2008";
 
 fn main() -> ExitCode {

@@ -34,7 +34,7 @@ use defects::SoakDefect;
 use generate::{mechanism, touching};
 use holonom::Model;
 use judge::{Checks, judge};
-use minimise::minimise;
+use minimise::{minimise, minimise_failure};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -53,6 +53,8 @@ pub struct SoakRequest {
     pub restated: bool,
     /// Whether they are bodies of all shapes that touch.
     pub touching: bool,
+    /// Whether the first mechanism of each reason for which steps are refused is reduced, too.
+    pub failures: bool,
 }
 
 impl SoakRequest {
@@ -67,6 +69,7 @@ impl SoakRequest {
             output: PathBuf::from("target/soak"),
             restated: false,
             touching: false,
+            failures: false,
         };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
@@ -76,6 +79,10 @@ impl SoakRequest {
             }
             if *option == "--restated" {
                 request.restated = true;
+                continue;
+            }
+            if *option == "--failures" {
+                request.failures = true;
                 continue;
             }
             if *option == "--touching" {
@@ -164,9 +171,15 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     let tally = soak(&request, &progress);
     print!("{}", words(&tally));
     println!("{:.0} s", begin.elapsed().as_secs_f64());
+    let print = |index: u64, words: &str, path: &Path| {
+        println!("{}-{index}: {words}: {}", request.part.seed, path.display());
+    };
     for case in tally.faults.iter().take(20) {
-        let path = reduced(&request, case)?;
-        println!("{}-{}: {}: {}", request.part.seed, case.index, case.fault.words, path.display());
+        print(case.index, &case.fault.words, &reduced(&request, case)?);
+    }
+    for (words, reason) in tally.failed.iter().filter(|_| request.failures) {
+        let smallest = minimise_failure(&request.mechanism(reason.first), words);
+        print(reason.first, words, &store(&request, "failed", reason.first, (words, &smallest))?);
     }
     let sound = tally.faults.is_empty();
     request.part.store(tally)?;
@@ -192,16 +205,26 @@ fn single(path: &Path) -> Result<bool, String> {
 
 /// Writes the smallest model with the fault of a case.
 fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, String> {
-    let model = request.mechanism(case.index);
-    let smallest = minimise(&model, request.checks(case.index), None, &case.fault);
-    let name =
-        format!("{:?}-{}-{}.toml", case.fault.kind, request.part.seed, case.index).to_lowercase();
+    let FaultyMechanism { index, fault } = case;
+    let model = request.mechanism(*index);
+    let smallest = minimise(&model, request.checks(*index), None, fault);
+    store(request, &format!("{:?}", fault.kind), *index, (&fault.words, &smallest))
+}
+
+/// Writes a model with the words about it.
+fn store(
+    request: &SoakRequest,
+    kind: &str,
+    index: u64,
+    (words, model): (&str, &Model),
+) -> Result<PathBuf, String> {
+    let name = format!("{kind}-{}-{index}.toml", request.part.seed).to_lowercase();
     let path = request.output.join(name);
-    let text = format!("# {}\n{}", case.fault.words.replace('\n', " "), smallest.to_toml());
+    let text = format!("# {}\n{}", words.replace('\n', " "), model.to_toml());
     std::fs::create_dir_all(&request.output)
         .map_err(|error| format!("{}: {error}", path.display()))?;
     text_file::write(&path, &text)?;
-    for (name, mesh) in smallest.meshes.named() {
+    for (name, mesh) in model.meshes.named() {
         let bytes = String::from_utf8_lossy(mesh.bytes());
         text_file::write(&request.output.join(name), &bytes)?;
     }
