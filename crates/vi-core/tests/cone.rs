@@ -206,6 +206,50 @@ fn corners_whose_laws_contradict_one_another_open_or_slide() {
     assert!(failed.len() <= 2 && worst <= 2e-12, "{worst:e} {failed:?}");
 }
 
+/// A point with one freedom along `b` is hit and thrown back: `y = b bᵀΛ + w`, `w = b m` with
+/// `w_N` times `1 + e`. It slides then, along `b_T`, with `Λ_N = s/(b_N − μ|b_T|)`,
+/// `s = −(1 + e) m`; where `b_N ≤ μ|b_T|` friction grips, and nothing obeys the laws: impulses that
+/// balance one another are none, however many digits of velocities they hide. With two freedoms
+/// impulses are of the size of the motion, too.
+#[test]
+fn an_impact_of_what_moves_along_few_directions() {
+    let (mut grips, mut largest, mut failed) = (0, 0.0_f64, 0);
+    for seed in 0..4000 {
+        let mut sample = Sample::new(seed);
+        let freedoms = 1 + sample.index(2);
+        let mut rows = sample.matrix(freedoms, 3);
+        rows[(0, 0)] = 0.5 + rows[(0, 0)].abs();
+        let motion = sample.matrix(freedoms, 1);
+        let mu = 0.5 * (sample.number() + 1.0);
+        let e = 0.5 * (sample.number() + 1.0);
+        let mut w = (rows.transpose() * &motion).column(0).into_owned();
+        w[0] *= 1.0 + e;
+        let w_matrix = rows.transpose() * &rows;
+        let problem = Problem { cones: vec![Cone::Friction { coefficient: mu }], w_matrix, w };
+        let mut lambda = DVector::zeros(3);
+        let solved = problem.solve(&mut lambda);
+        if solved.is_ok() {
+            let (violation, size) = (problem.violation(&lambda), problem.w.amax());
+            largest = largest.max(lambda.amax() * problem.w_matrix.diagonal().amax() / size);
+            assert!(violation < 1e-12, "seed {seed}: {violation:e}");
+        }
+        failed += usize::from(solved.is_err());
+        if freedoms == 1 && motion[0] < 0.0 {
+            let below = rows[(0, 0)] - mu * rows[(0, 1)].hypot(rows[(0, 2)]);
+            if below <= 0.0 {
+                grips += 1;
+                assert!(solved.is_err(), "seed {seed}: {lambda}");
+            } else {
+                let normal = -(1.0 + e) * motion[0] / below;
+                let error = (lambda[0] - normal).abs() / normal;
+                assert!(solved.is_ok() && error < 1e-9, "seed {seed}: {solved:?} {error:e}");
+            }
+        }
+    }
+    println!("grip: {grips}, without impulses: {failed}, impulses up to {largest:.1e}");
+    assert!(grips > 20 && largest < 1e6, "{largest:e}");
+}
+
 /// Where the one motion that opens the contacts moves the largest mass, a solution may be out of
 /// reach; that ends with an error.
 #[test]

@@ -63,8 +63,11 @@ impl Residual {
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
             violation(*cone, (y, impulse), self.rho, F);
-            let (fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
+            let (mut fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
+            if size > most {
+                fault = fault.max(f64::EPSILON * size); // rounding of Λ hides y
+            }
             if fault > error {
                 let size = size.min(most).max(f64::MIN_POSITIVE);
                 self.excess = self.excess.max((fault - error) / size);
