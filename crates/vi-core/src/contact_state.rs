@@ -62,7 +62,8 @@ pub struct ContactCounts {
     /// By how much a contact moved beside that law at most, m/s.
     #[serde(default)]
     pub largest_deviation: f64,
-    /// Nodes at which coefficients of restitution were reduced so that no energy is gained.
+    /// Nodes at which coefficients of restitution were reduced so that no energy is gained, or
+    /// because no impulses obey Newton's law with them.
     pub guarded: u64,
     /// By how much at most, in parts of the coefficient.
     pub largest_reduction: f64,

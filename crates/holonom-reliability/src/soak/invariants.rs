@@ -1,7 +1,7 @@
 //! What holds at the nodes of every motion: finite numbers, constraints, momentum maps, energy.
 //!
 //! ```text
-//! contacts      g_i(q_n) ≥ 0                                                  round-off
+//! contacts      g_i(q_n) ≥ 0, less what a run reports as beside the laws        round-off
 //! constraints   χ = max_i |g_i(q_n)| / Σ_j |G_ij| size_j                     round-off
 //! momentum      |P(t) − P(0) − M g t|,  |L(t) − L(0)|  of a free system, without gravity or along it
 //! energy        |H(t) − H(0) − Σ work|  of the energy–momentum schemes without prescribed motions
@@ -73,7 +73,8 @@ pub(super) fn hold(
     finite(found)?;
     measured.residual = Some(constraints(model, simulation, found)?);
     if let Some(gap) = found.gap {
-        within(FaultKind::Gap, -gap, GAP, "a contact or a stop is passed by")?;
+        let told = found.deviation * model.settings.step;
+        within(FaultKind::Gap, -gap - told, GAP, "a contact or a stop is passed by")?;
     }
     if is_free(model) {
         let change = momentum(model, found);

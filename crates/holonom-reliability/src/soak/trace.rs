@@ -15,6 +15,8 @@ pub struct Trace {
     pub failure: Option<RunFailure>,
     /// The smallest gap of contacts and stops at the ends of steps, m or rad.
     pub gap: Option<f64>,
+    /// By which velocity a contact moved beside its law at most, as the run reports, m/s.
+    pub deviation: f64,
 }
 
 /// Assembles a model from its text and its meshes.
@@ -39,6 +41,8 @@ pub fn trace(simulation: &mut Simulation) -> Trace {
         RunOutcome::Done => None,
         RunOutcome::Failed(failure) => Some(failure),
     };
-    let gap = simulation.contact_counts().and_then(|counts| counts.smallest_gap);
-    Trace { samples, failure, gap }
+    let counts = simulation.contact_counts();
+    let gap = counts.and_then(|counts| counts.smallest_gap);
+    let deviation = counts.map_or(0.0, |counts| counts.largest_deviation);
+    Trace { samples, failure, gap, deviation }
 }

@@ -102,8 +102,13 @@ impl NodeImpulses {
                 least = factor;
                 Ok::<[f64; 2], StepError>(problem.work(plus))
             };
-            let [work, size] = with(1.0)?;
-            reduced(work, size, &mut |factor| Ok(with(factor)?[0]))?;
+            match with(1.0) {
+                Err(error) if error.has_no_impulses() => drop(with(0.0)?), // it is plastic
+                plain => {
+                    let [work, size] = plain?;
+                    reduced(work, size, &mut |factor| Ok(with(factor)?[0]))?;
+                }
+            }
             *is_guarded |= least < 1.0;
             contacts[*place].reduction = contacts[*place].reduction.min(least);
             for (row, lambda) in problem.rows.iter().zip(&problem.lambda) {

@@ -257,7 +257,8 @@ impl Nonsmooth {
     }
 
     /// The step from a node: to the end of the macro step, to the first touch, or where no impulses
-    /// are found for it, to the end of a part of it; where none are found either, with convex laws.
+    /// are found for it, to the end of a part of it; where none are found either, without the
+    /// restitution of what is hit, and at last with convex laws.
     fn take_node<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
@@ -266,7 +267,7 @@ impl Nonsmooth {
     ) -> Result<f64, StepError> {
         let mut part = h;
         let mut refused = None;
-        self.node.may_relax = false;
+        (self.node.may_yield, self.node.may_relax) = (false, false);
         loop {
             let t_end = if part < h { state.t + part } else { step.t_end };
             let own = SubStep { h: part, t_end, ..step };
@@ -278,11 +279,22 @@ impl Nonsmooth {
                 Err(error) if error.may_end() && !self.set.is_empty() => {
                     let refused = refused.get_or_insert(error);
                     part *= 0.5;
-                    if part < SHORTEST * step.h && !self.node.may_relax {
-                        (part, self.node.may_relax) = (h, true);
-                    } else if part < SHORTEST * step.h {
+                    if part >= SHORTEST * step.h {
+                        continue;
+                    }
+                    part = h;
+                    if !self.node.may_yield && self.node.is_hit() {
+                        self.node.may_yield = true;
+                    } else if !self.node.may_relax {
+                        self.node.may_relax = true;
+                    } else {
                         return Err(refused.clone());
                     }
+                }
+                Err(error)
+                    if error.has_no_impulses() && !self.node.may_yield && self.node.is_hit() =>
+                {
+                    self.node.may_yield = true; // in parts of the step there are none, either
                 }
                 Err(error) => return Err(error),
             }

@@ -1,11 +1,16 @@
 //! Newton's law of restitution gains energy at some impacts with friction, or with several
-//! coefficients: these are then reduced.
+//! coefficients: these are then reduced. At others it has no impulses.
 //!
 //! ```text
 //! w = ½ Λ·(U⁺ + U⁻) ≤ max(0, w_0),     w_0: of the same node with all e = 0
 //! ```
 //! All coefficients of an island are multiplied by the largest `η < 1` for which this holds: `w`
 //! depends on `η` continuously, and `w(0) = w_0`.
+//!
+//! No impulses obey `U⁺ + e U⁻ ≥ 0` where friction grips what would be thrown back, as of a slide in
+//! a groove, or where another contact is nearer than the way back in a step, as the second one of
+//! two stops. What is hit in such an island is a contact without restitution: all of its gaps, that
+//! are closed by one motion, hold then.
 
 use super::impulses::NodeImpulses;
 use super::node_law::Kind;
@@ -25,6 +30,44 @@ const FACTOR: f64 = 1e-13;
 const SOLUTIONS: usize = 40;
 
 impl NodeImpulses {
+    /// Solves with restitution; where the impacts may yield, those of islands for which no impulses
+    /// are found without.
+    pub(super) fn settle_impacts<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        elements: &Elements,
+        run: &mut Stepping<'_, S, C>,
+        at: (SubStep, &State),
+    ) -> Result<(), StepError> {
+        loop {
+            match self.settle(elements, run, at) {
+                Err(error) if self.may_yield && error.has_no_impulses() && self.yields() => {}
+                outcome => return outcome,
+            }
+        }
+    }
+
+    /// Takes the restitution of what is hit in the island of the last fault away; whether
+    /// something is.
+    fn yields(&mut self) -> bool {
+        let Self { contacts, islands, refused, lambda, begun, is_guarded, .. } = self;
+        let mut any = false;
+        for place in islands.contacts(*refused) {
+            let contact = &mut contacts[*place];
+            if contact.is_hit {
+                any = true;
+                (contact.is_plastic, contact.is_hit, contact.reduction) = (true, false, 0.0);
+            }
+        }
+        lambda.copy_from_slice(begun);
+        *is_guarded |= any;
+        any
+    }
+
+    /// Whether something is hit.
+    pub(super) fn is_hit(&self) -> bool {
+        self.contacts.iter().any(|contact| contact.is_hit)
+    }
+
     /// Restitution that would gain energy is reduced, island by island.
     pub(super) fn guard<S: Discretization<C>, C: Constraints>(
         &mut self,

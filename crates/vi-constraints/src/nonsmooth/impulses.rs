@@ -65,8 +65,10 @@ pub(super) struct NodeImpulses {
     pub(super) whole: f64,  // H, s
     pub(super) is_guarded: bool,
     pub(super) may_relax: bool,
-    change: f64,     // of a velocity that the iteration ended with, m/s
-    begun: Vec<f64>, // k  Λ where an iteration began
+    pub(super) may_yield: bool, // impacts may be plastic where no impulses are found else
+    pub(super) refused: usize,  // the island of the last fault
+    change: f64,                // of a velocity that the iteration ended with, m/s
+    pub(super) begun: Vec<f64>, // k  Λ where an iteration began
 }
 
 impl NodeImpulses {
@@ -120,6 +122,7 @@ impl NodeImpulses {
                 caught: false,
                 is_hit: false,
                 reduction: 1.0,
+                is_plastic: false,
                 slides: false,
                 kept: false,
                 kind: Kind::Position,
@@ -225,7 +228,8 @@ impl NodeImpulses {
     /// Nothing is decided about the contacts.
     fn begin(&mut self) {
         for contact in &mut self.contacts {
-            (contact.slides, contact.kept, contact.reduction) = (false, false, 1.0);
+            let reduction = if contact.is_plastic { 0.0 } else { 1.0 };
+            (contact.slides, contact.kept, contact.reduction) = (false, false, reduction);
             (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
         }
         self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = false);
@@ -245,12 +249,12 @@ impl NodeImpulses {
         // what was closed before and stays so is settled by positions: a look at velocities tells
         if self.may_be_hit(|contact| !contact.was_closed) {
             self.find_hits(elements, run, (step, state))?;
-            self.settle(elements, run, (step, state))?;
+            self.settle_impacts(elements, run, (step, state))?;
         } else {
             self.settle(elements, run, (step, state))?;
             if self.would_bounce() {
                 self.find_hits(elements, run, (step, state))?;
-                self.settle(elements, run, (step, state))?;
+                self.settle_impacts(elements, run, (step, state))?;
             }
         }
         self.guard(elements, run, (step, state))
@@ -280,7 +284,8 @@ impl NodeImpulses {
         let Self { contacts, minus, .. } = self;
         let mut any = false;
         for contact in contacts {
-            contact.is_hit = contact.may_bounce() && minus[contact.row] < 0.0;
+            let may_bounce = contact.may_bounce() && !contact.is_plastic;
+            contact.is_hit = may_bounce && minus[contact.row] < 0.0;
             any |= contact.is_hit;
         }
         if any {
@@ -466,6 +471,7 @@ impl NodeImpulses {
             std::mem::swap(&mut self.lambda, &mut self.next);
         }
         let worst = self.largest_change(step.h).2;
+        self.refused = self.islands.of(worst);
         let element = self.contacts[worst].id.element;
         let fault = ContactFault::NoConvergence {
             element: elements[element as usize].name().to_owned(),
@@ -511,6 +517,7 @@ impl NodeImpulses {
         let mut is_exact = true;
         for (k, problem) in problems.iter_mut().enumerate().take(islands.count()) {
             let present = Present { contacts, W, islands, minus, plus, lambda, next, speeds, h };
+            self.refused = k;
             problem.next_impulses(k, present, elements)?;
             is_exact &= problem.is_exact();
         }

@@ -79,14 +79,14 @@ impl Islands {
             [island.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[island]]
     }
 
-    /// Whether a contact, by its place, is of an island.
-    pub(super) fn is_of(&self, place: usize, island: usize) -> bool {
-        self.numbers[place] as usize == island
+    /// The island of a contact, by its place.
+    pub(super) fn of(&self, place: usize) -> usize {
+        self.numbers[place] as usize
     }
 
     /// The place of a row among those of an island; `None` of another one.
     pub(super) fn local(&self, row: usize, island: usize) -> Option<usize> {
-        let own = self.is_of(self.owners[row] as usize, island);
+        let own = self.of(self.owners[row] as usize) == island;
         own.then(|| self.locals[row] as usize)
     }
 }

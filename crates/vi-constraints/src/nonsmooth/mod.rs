@@ -98,6 +98,11 @@ pub enum ContactFault {
 }
 
 impl ContactFault {
+    /// Whether no impulses obey the laws, or none were found.
+    pub(crate) fn has_no_impulses(&self) -> bool {
+        self.may_end() || matches!(self, Self::Immovable { .. })
+    }
+
     /// Whether a shorter step, or laws with a compliance, may have impulses where this has none.
     pub(crate) fn may_end(&self) -> bool {
         matches!(

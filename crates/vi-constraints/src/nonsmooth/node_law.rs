@@ -94,6 +94,7 @@ pub(super) struct Contact {
     pub(super) was_closed: bool,              // at the node before, without an impact
     pub(super) is_hit: bool,
     pub(super) reduction: f64,            // η of the energy guard
+    pub(super) is_plastic: bool,          // no impulses obey the restitution of its island
     pub(super) slides: bool,              // decided once: by the mean velocity
     pub(super) kept: bool,                // it was to slide, and sticks after all
     pub(super) held: bool,                // it stuck in the step before
@@ -148,10 +149,11 @@ impl Contact {
     }
 
     /// The gap that it may end with in this part of a whole step. Where another feature of a pair
-    /// is named, its gap may be less than zero by what shapes turn in a step: within a whole step
-    /// it is closed, and not at once in a short part of one.
+    /// is named, its gap may be less than zero by what shapes turn in a step, or by what counts as
+    /// closed: within a whole step it is closed, and not at once in a short part of one, with a
+    /// velocity `−g/h` of any size.
     pub(super) fn least_gap(&self, part: f64) -> f64 {
-        if self.gap < -CLOSED * self.size { (1.0 - part).max(0.0) * self.gap } else { 0.0 }
+        if self.gap < 0.0 { (1.0 - part).max(0.0) * self.gap } else { 0.0 }
     }
 
     /// Rounding of its velocities beside others of a size, and of gaps and slip over `h`: those are

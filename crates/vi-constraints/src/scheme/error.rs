@@ -109,6 +109,11 @@ impl StepError {
 }
 
 impl StepError {
+    /// Whether no impulses of contacts obey their laws, or none were found.
+    pub(crate) fn has_no_impulses(&self) -> bool {
+        matches!(self, Self::Contact(fault) if fault.has_no_impulses())
+    }
+
     /// Whether a shorter step, or laws of contacts with a compliance, may end where this does not.
     pub(crate) fn may_end(&self) -> bool {
         match self {
