@@ -33,8 +33,8 @@ use page::PageNumbers;
 use soak::tally::SoakTally;
 use stored::Stored;
 
-/// Writes the page: `--soak FILE… --touching FILE… --fuzz FILE… --interrupt FILE…`, the parts of one
-/// run each. The section of what is not named stays as it is.
+/// Writes the page: `--soak FILE… --touching FILE… --fuzz FILE… --interrupt FILE…`, the parts of
+/// one run each. The section of what is not named stays as it is.
 ///
 /// # Errors
 /// What cannot be understood, read or written, in words.

@@ -1,5 +1,5 @@
-//! The smallest mechanism with the same fault, or whose run ends in the same words: parts are removed
-//! one by one as long as that remains.
+//! The smallest mechanism with the same fault, or whose run ends in the same words: parts are
+//! removed one by one as long as that remains.
 
 use super::defects::SoakDefect;
 use super::fault::Violation;

@@ -8,7 +8,6 @@
 //! `i`, `j`: both ends of a step, or positions and velocities at a node. `y`: what a law reads,
 //! `e_k`: what its efforts act along.
 
-use super::law::Input;
 use nalgebra::DMatrix;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::{Entries, Product};
@@ -76,22 +75,6 @@ pub(in crate::force) trait Reads {
     fn slope(&self, at: Between<'_>, l: usize, group: usize) -> Vec<(usize, f64)>;
     /// Emits `Σ_l w_l ∂_i∂_j y_l`.
     fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries);
-}
-
-impl Reads for [Input] {
-    fn count(&self) -> usize {
-        self.len()
-    }
-    fn slope(&self, at: Between<'_>, l: usize, group: usize) -> Vec<(usize, f64)> {
-        let mut slope = Vec::new();
-        self[l].for_each_slope_between(at, group, &mut |i, own| slope.push((i, own)));
-        slope
-    }
-    fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries) {
-        for (input, w) in self.iter().zip(w).filter(|(_, w)| **w != 0.0) {
-            input.emit_second(at, groups, *w, out);
-        }
-    }
 }
 
 /// A law at one place.

@@ -1,5 +1,6 @@
 //! Springs, dampers, bushings, motors, forces on point masses.
 
+mod acts_on;
 pub(crate) mod bends;
 pub mod bumper;
 pub mod bushing;

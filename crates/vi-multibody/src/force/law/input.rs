@@ -12,7 +12,7 @@
 //! At a node the same of `q` and `v`, with `w = ½ Σ d_I × ḋ_I`.
 
 use crate::constraint::joint_coordinate::JointCoordinate;
-use crate::force::bends::Between;
+use crate::force::bends::{Between, Reads};
 use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, Vector3};
@@ -213,6 +213,22 @@ fn emit_spin_second(
 
 fn unit(axis: usize, scale: f64) -> Vector3<f64> {
     Vector3::ith(axis, scale)
+}
+
+impl Reads for [Input] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+    fn slope(&self, at: Between<'_>, l: usize, group: usize) -> Vec<(usize, f64)> {
+        let mut slope = Vec::new();
+        self[l].for_each_slope_between(at, group, &mut |i, own| slope.push((i, own)));
+        slope
+    }
+    fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries) {
+        for (input, w) in self.iter().zip(w).filter(|(_, w)| **w != 0.0) {
+            input.emit_second(at, groups, *w, out);
+        }
+    }
 }
 
 impl Input {

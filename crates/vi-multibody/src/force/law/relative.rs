@@ -12,7 +12,7 @@
 #![allow(non_snake_case)] // F, T, Y
 
 use super::place::Place;
-use crate::force::wrench_law::ActsOn;
+use crate::force::acts_on::ActsOn;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use vi_core::sparse::Entries;
 use vi_rigid::directors::FRAME;
