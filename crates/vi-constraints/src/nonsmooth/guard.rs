@@ -8,9 +8,9 @@
 //! depends on `η` continuously, and `w(0) = w_0`.
 //!
 //! No impulses obey `U⁺ + e U⁻ ≥ 0` where friction grips what would be thrown back, as of a slide
-//! in a groove, or where another contact is nearer than the way back in a step, as the second one of
-//! two stops. What is hit in such an island is a contact without restitution: all of its gaps, that
-//! are closed by one motion, hold then.
+//! in a groove, or where another contact is nearer than the way back in a step, as the second one
+//! of two stops. What is hit in such an island is a contact without restitution: all of its gaps,
+//! that are closed by one motion, hold then.
 
 use super::impulses::NodeImpulses;
 use super::node_law::Kind;
