@@ -7,13 +7,16 @@
 //! the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench
 
-use holonom::vi_constraints::nonsmooth::{ContactLaw, Method, NonsmoothOptions};
+#[path = "../../crates/vi-multibody/tests/bed.rs"]
+mod bed;
+
+use bed::{LAYERS, bed};
+use holonom::vi_constraints::nonsmooth::{Method, NonsmoothOptions};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::Quadrature;
 use holonom::vi_multibody::builder::{Inertia, JointLimits, MechanismBuilder};
 use holonom::vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use holonom::vi_multibody::{FrameId, PairKind};
-use holonom::vi_rigid::gap::ContactShape;
 use std::time::Instant;
 
 fn begin(builder: &MechanismBuilder, h: f64, method: Method) -> MechanismIntegrator {
@@ -67,39 +70,10 @@ fn least(make: &[&dyn Fn() -> MechanismIntegrator], rounds: usize) -> Vec<f64> {
     best
 }
 
-/// Spheres above one another in columns that are not straight, in a box without a lid.
-fn bed(count: usize) -> MechanismIntegrator {
-    const LAYERS: usize = 5;
-    let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
+/// So many spheres that settle.
+fn settling(count: usize) -> MechanismIntegrator {
     let side = ((count / LAYERS) as f64).sqrt().round() as usize;
-    let (radius, pitch) = (0.05, 0.108);
-    let mut seed = 12345_u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (seed >> 33) as f64 / (1_u64 << 31) as f64 - 0.5
-    };
-    let width = pitch * side as f64;
-    let wall = |point: [f64; 3], normal: [f64; 3]| {
-        let (point, normal) = (point.into(), normal.into());
-        (FrameId::Ground, ContactShape::Plane { point, normal })
-    };
-    let mut shapes = vec![
-        wall([0.0; 3], [0.0, 0.0, 1.0]),
-        wall([0.0; 3], [1.0, 0.0, 0.0]),
-        wall([0.0; 3], [0.0, 1.0, 0.0]),
-        wall([width, 0.0, 0.0], [-1.0, 0.0, 0.0]),
-        wall([0.0, width, 0.0], [0.0, -1.0, 0.0]),
-    ];
-    for k in 0..side * side * LAYERS {
-        let place = [k % side, k / side % side, k / (side * side)];
-        let at = place.map(|i| pitch * (i as f64 + 0.5) + 0.006 * random());
-        let inertia = Inertia::principal(1.0, [0.4 * radius * radius; 3]);
-        let body = builder.body(&format!("sphere{k}"), inertia).at(at).id();
-        shapes.push((body.into(), ContactShape::sphere([0.0; 3].into(), radius)));
-    }
-    let law = ContactLaw::coulomb(0.3, 0.0);
-    builder.shape_group("bed", shapes, &[], law).unwrap();
-    begin(&builder, 0.005, Method::Stepping)
+    begin(&bed(side), 0.005, Method::Stepping)
 }
 
 fn main() {
@@ -126,7 +100,7 @@ fn main() {
     };
     let mut costs = Vec::new();
     for &count in sizes {
-        let mut run = bed(count);
+        let mut run = settling(count);
         let (mut spent, mut counted, mut worst) = (0.0, 0, 0.0_f64);
         let (fall, lie) = if quick { (20, 5) } else { (160, 20) };
         for step in 0..fall + lie {

@@ -1,6 +1,7 @@
 //! Every test of `vi-multibody` against its public interface, in one binary.
 #![allow(clippy::unwrap_used)] // tests
 
+mod bed;
 mod beside;
 mod box_stacks;
 mod builder;
