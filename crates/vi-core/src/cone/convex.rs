@@ -138,9 +138,8 @@ impl ConvexSolver {
         (given, lambda): (&[f64], &mut [f64]),
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, rho), given, lambda)?;
-        let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0, follows: false };
-        let (residual, follows) = self.round((rho, true), &mut report);
-        report.follows = follows;
+        let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0, follows: true };
+        let residual = self.round(rho, &mut report);
         self.hand_over(residual, lambda, report)
     }
 
@@ -161,7 +160,7 @@ impl ConvexSolver {
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, first + within), lambda, lambda)?;
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0, follows: true };
-        let (mut rho, mut idle, mut is_coupled) = (first, 0, true);
+        let (mut rho, mut idle) = (first, 0);
         let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
         if self.holds((rho, within), &mut report) {
             return self.hand_over(0.0, lambda, report);
@@ -181,9 +180,8 @@ impl ConvexSolver {
         }
         loop {
             let last = report.left;
-            let residual;
-            (residual, is_coupled) = self.round((rho, is_coupled), &mut report);
-            (report.rounds, report.follows) = (report.rounds + 1, is_coupled);
+            let residual = self.round(rho, &mut report);
+            report.rounds += 1;
             if report.left < least {
                 least = report.left;
                 self.kept.copy_from_slice(&self.best);
@@ -196,15 +194,15 @@ impl ConvexSolver {
             let ends = report.left <= within || !leads && least <= enough;
             if ends || idle == IDLE || report.rounds == ROUNDS {
                 if !ends && may_centre && self.centre(&mut report) <= NEAR {
-                    (rho, idle, may_centre, is_coupled) = (CENTRED, 0, false, true);
-                    (report.left, report.rounds) = (f64::INFINITY, 0);
+                    (rho, idle, may_centre) = (CENTRED, 0, false);
+                    (report.left, report.rounds, report.follows) = (f64::INFINITY, 0, true);
                     continue;
                 }
                 self.best.copy_from_slice(&self.kept);
                 report.left = least;
                 return self.hand_over(residual, lambda, report);
             }
-            let growth = match is_coupled {
+            let growth = match report.follows {
                 true if leads && report.steps - begun <= FEW_STEPS => FAST,
                 true if leads => STEADY,
                 true => IDLY,
@@ -240,20 +238,20 @@ impl ConvexSolver {
         }
         self.u.clear();
         self.u.resize(self.laws.r, 0.0);
-        for (out, own) in [(&mut self.given, given), (&mut self.impulse, lambda)] {
-            out.clear();
-            out.extend(own.iter().zip(&self.laws.units).map(|(own, unit)| own / unit));
-        }
+        self.laws.in_units(given, &mut self.given);
+        self.laws.in_units(lambda, &mut self.impulse);
         Ok(())
     }
 
-    /// One step; the residual, and whether the speeds of slip are those of the solution. Newton's
-    /// method with those begins at once where it `leads`, else at the solution of convex laws.
-    fn round(&mut self, (rho, leads): (f64, bool), report: &mut ConvexReport) -> (f64, bool) {
+    /// One step; the residual. Newton's method with the speeds of slip of the solution begins at
+    /// once where the last step `follows` them, else at the solution of convex laws.
+    fn round(&mut self, rho: f64, report: &mut ConvexReport) -> f64 {
         self.start.copy_from_slice(&self.impulse);
-        if leads && let Some(residual) = self.couple((rho, COUPLED_STALLED), report) {
+        if report.follows
+            && let Some(residual) = self.couple((rho, COUPLED_STALLED), report)
+        {
             self.measure(rho, report);
-            return (residual, true);
+            return residual;
         }
         self.impulse.copy_from_slice(&self.start);
         self.laws.velocity(&self.impulse, &mut self.u, &mut self.y);
@@ -262,13 +260,12 @@ impl ConvexSolver {
         report.steps += steps;
         self.measure(rho, report);
         self.impulse.copy_from_slice(&self.best);
-        match self.couple((rho, COUPLED_STALLED), report) {
-            None => (residual, false),
-            Some(residual) => {
-                self.measure(rho, report);
-                (residual, true)
-            }
+        let coupled = self.couple((rho, COUPLED_STALLED), report);
+        report.follows = coupled.is_some();
+        if report.follows {
+            self.measure(rho, report);
         }
+        coupled.unwrap_or(residual)
     }
 
     /// `given`: impulses by the interior point method, and what that leaves.
@@ -286,8 +283,7 @@ impl ConvexSolver {
 
     /// `given`, and where to begin: these impulses.
     fn give(&mut self, lambda: &[f64]) {
-        self.given.clear();
-        self.given.extend(lambda.iter().zip(&self.laws.units).map(|(own, unit)| own / unit));
+        self.laws.in_units(lambda, &mut self.given);
         self.impulse.clone_from(&self.given);
     }
 

@@ -84,6 +84,12 @@ impl Factored {
         self.cones.len()
     }
 
+    /// `out`: impulses in the units of the laws.
+    pub(super) fn in_units(&self, lambda: &[f64], out: &mut Vec<f64>) {
+        out.clear();
+        out.extend(lambda.iter().zip(&self.units).map(|(own, unit)| own / unit));
+    }
+
     /// Columns of `L` in the rows of a cone.
     fn of_cone(&self, k: usize) -> &[Column] {
         of_cone(&self.columns, &self.column_ends, k)
