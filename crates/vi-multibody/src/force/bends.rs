@@ -43,6 +43,15 @@ impl<'a> Between<'a> {
         }
     }
 
+    /// The positions of which a number has second derivatives by both groups, where it is one of
+    /// the positions of an end or a node alone.
+    pub(in crate::force) fn positions(&self, [i, j]: [usize; 2]) -> Option<&'a [f64]> {
+        match *self {
+            Self::Ends(s) => (i == j).then(|| s.node(Slot::BOTH[i])),
+            Self::Node { q, .. } => (i + j == 0).then_some(q),
+        }
+    }
+
     /// The factors of `∂_q∂_q`, `∂_q∂_v`, `∂_v∂_q`, `∂_v∂_v` at the midpoint in `∂_i∂_j`.
     pub(in crate::force) fn factors(&self, [i, j]: [usize; 2]) -> [f64; 4] {
         let ([a, b], [c, d]) = (self.parts(i), self.parts(j));

@@ -278,11 +278,7 @@ impl Pushes for SixCoordinates {
     }
     fn slope(&self, at: Between<'_>, y: [&[f64]; 2], k: usize, group: usize) -> Vec<f64> {
         let mut slope = vec![0.0; y[0].len()];
-        let node = match at {
-            Between::Ends(s) => s.node(Slot::BOTH[group]),
-            Between::Node { q, .. } if group == 0 => q,
-            Between::Node { .. } => return slope,
-        };
+        let Some(node) = at.positions([group; 2]) else { return slope };
         let turning = self.rate_slopes(node, y[group]);
         for (offset, row) in self.along(&turning, &Vector6::ith(k, 1.0)) {
             let Some(offset) = offset else { continue };
@@ -295,16 +291,12 @@ impl Pushes for SixCoordinates {
         at: Between<'_>,
         y: [&[f64]; 2],
         (efforts, scale): (&[f64], f64),
-        [i, j]: [usize; 2],
+        groups: [usize; 2],
         out: &mut dyn Entries,
     ) {
-        let w = scale * Vector6::from_column_slice(efforts);
-        match at {
-            Between::Ends(s) if i == j => {
-                self.emit_third(s.node(Slot::BOTH[i]), y[i], &w, out);
-            }
-            Between::Node { q, .. } if i + j == 0 => self.emit_third(q, y[0], &w, out),
-            _ => {}
+        if let Some(q) = at.positions(groups) {
+            let w = scale * Vector6::from_column_slice(efforts);
+            self.emit_third(q, y[groups[0]], &w, out);
         }
     }
 }

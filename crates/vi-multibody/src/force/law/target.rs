@@ -138,22 +138,21 @@ impl Target {
     }
 }
 
-/// Where the directions of a place are: shifts of the two groups move it so.
-struct Ends<'a>(Between<'a>);
-
-impl<'a> Ends<'a> {
-    /// The ends whose directions belong to `y`, each with whether a group moves it, and by how much
-    /// it moves what is at the middle.
-    fn each(&self, y: [&'a [f64]; 2], group: usize) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
-        match self.0 {
-            Between::Ends(s) => Slot::BOTH
-                .into_iter()
-                .enumerate()
-                .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
-                .collect(),
-            Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
-            Between::Node { .. } => Vec::new(),
-        }
+/// The ends whose directions belong to `y`, each with whether a group of coordinates moves it, and
+/// by how much it moves what is at the middle.
+fn ends<'a>(
+    at: Between<'a>,
+    y: [&'a [f64]; 2],
+    group: usize,
+) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
+    match at {
+        Between::Ends(s) => Slot::BOTH
+            .into_iter()
+            .enumerate()
+            .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
+            .collect(),
+        Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
+        Between::Node { .. } => Vec::new(),
     }
 }
 
@@ -186,7 +185,7 @@ impl Target {
 impl Pushes for Target {
     fn along(&self, at: Between<'_>, y: [&[f64]; 2], k: usize) -> f64 {
         let mut sum = 0.0;
-        for (place, y, _) in Ends(at).each(y, 0) {
+        for (place, y, _) in ends(at, y, 0) {
             self.for_each_direction(place, k, &mut |i, own| sum += own * y[i]);
         }
         sum
@@ -196,7 +195,7 @@ impl Pushes for Target {
         let mut unit = [0.0; 6];
         unit[k] = 1.0;
         let mut slope = vec![0.0; y[0].len()];
-        self.add_slope_along(&Ends(at).each(y, group), (&unit, 1.0), &mut slope);
+        self.add_slope_along(&ends(at, y, group), (&unit, 1.0), &mut slope);
         slope
     }
 
@@ -209,15 +208,11 @@ impl Pushes for Target {
         out: &mut dyn Entries,
     ) {
         match self {
-            Self::Coordinate(own) => match at {
-                Between::Ends(s) if i == j => {
-                    own.emit_third(s.node(Slot::BOTH[i]), y[i], scale * efforts[0], out);
+            Self::Coordinate(own) => {
+                if let Some(q) = at.positions([i, j]) {
+                    own.emit_third(q, y[i], scale * efforts[0], out);
                 }
-                Between::Node { q, .. } if i + j == 0 => {
-                    own.emit_third(q, y[0], scale * efforts[0], out);
-                }
-                _ => {}
-            },
+            }
             Self::Points(form) => {
                 let [q, _] = at.middle();
                 let both = match at {
@@ -233,7 +228,7 @@ impl Pushes for Target {
                 }
                 // ∂_i a is a polynomial of degree 2 in the coordinates, of which half the
                 // difference from one side to the other is the derivative
-                let (mut row, ends) = (vec![0.0; y[0].len()], Ends(at).each(y, i));
+                let (mut row, ends) = (vec![0.0; y[0].len()], ends(at, y, i));
                 for column in self.coordinates() {
                     row.fill(0.0);
                     for by in [1.0, -1.0] {
