@@ -12,7 +12,9 @@
 //! |---|---|
 //! | [`unilateral`] | what an element has: gaps, rows, slip, law |
 //! | `node_law`, `mean_direction` | the law of a contact at a node; of slip that turns |
-//! | `impulses`, `active_rows` | the impulses of all contacts of a node, in an outer iteration; the laws of an island as one problem |
+//! | `impulses` | the contacts of a node and their impulses |
+//! | `outer_iteration`, `friction_iteration` | how impulses are found; what friction decides on the way |
+//! | `active_rows` | the laws of an island as one problem |
 //! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
 //! | `response` | how the end of a step answers impulses, where springs and dampers are stiff |
 //! | `node_velocity` | the velocity of a node, to which its kinetic energy belongs |
@@ -35,6 +37,7 @@ mod active_rows;
 mod collisions;
 mod delassus;
 mod events;
+mod friction_iteration;
 mod groups;
 mod guard;
 mod impact_law;
@@ -44,6 +47,7 @@ mod mean_direction;
 mod named;
 mod node_law;
 mod node_velocity;
+mod outer_iteration;
 mod record;
 mod response;
 mod stepping;
