@@ -352,6 +352,28 @@ impl DiscretePotential for AveragedStrains {
         }
     }
 
+    fn add_mass_slope(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut dyn Entries) {
+        if self.adds_mass() {
+            for own in self.scaled(h, at.internal) {
+                let (element, weight) = (own.element, h * h * own.element.length);
+                let (within, v) = (element.within(at.q), element.coordinates(v));
+                let mass = own.sum(own.mu * weight, weight);
+                let rates = within.tangent_of_rates(&v, &mass, &(mass * within.rate(&v)));
+                element.emit(&rates, out);
+            }
+        }
+    }
+
+    fn add_mass_by_internal(
+        &self,
+        at: Configuration<'_>,
+        h: f64,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        self.emit_mass_by_bounds(at, h, v, out);
+    }
+
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for own in self.scaled(s.h, &s.internal) {
             let (element, start) = (own.element, own.start(s));

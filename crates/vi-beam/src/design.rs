@@ -15,7 +15,7 @@ use crate::averaged::{
 };
 use crate::damping;
 use crate::dissipation::StrainDissipation;
-use crate::element::{Element, ElementKind};
+use crate::element::{Element, ElementKind, without_extension};
 use crate::following::{Followed, begin_change};
 use crate::frequency::{Frequencies, Highest};
 use crate::helicoidal::{self, Helicoidal};
@@ -27,7 +27,8 @@ use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector6};
 use std::collections::BTreeMap;
-use vi_core::Quadrature;
+use vi_core::potential::DiscretePotential;
+use vi_core::{Configuration, Quadrature};
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::StepTangent;
@@ -165,6 +166,20 @@ impl Changed {
         self.strain_from(&self.element.coordinates(q), &self.reference)
     }
 
+    /// `σ` of a strain.
+    pub(crate) fn stress(&self, strain: &Vector6<Dual64>) -> Vector6<Dual64> {
+        match self.element.is_slack(&strain.map(|own| own.re)) {
+            true => without_extension(&self.stiffness) * strain,
+            false => self.stiffness * strain,
+        }
+    }
+
+    /// `∇ε·v`.
+    fn rate(&self, q: &[f64], v: &[f64]) -> Vector6<Dual64> {
+        let [x, v] = [q, v].map(|all| self.element.coordinates(all));
+        self.rate_from(&x, &v, &self.reference)
+    }
+
     /// `out ← out + (Σ n_i ∇ε_i)_θ`.
     fn add(&self, q: &[f64], n: &Vector6<Dual64>, out: &mut [f64]) {
         let force = self.force_change(&self.element.coordinates(q), n);
@@ -190,12 +205,24 @@ impl Changed {
 
     /// `∇ε_i·v` of an element that is free of stress at `x`.
     fn free_rate(&self, x: &ElementCoordinates, v: &ElementCoordinates) -> Vector6<Dual64> {
+        let Some(law) = &self.law else { return self.rate_from(x, v, &self.reference) };
+        let y = helicoidal::forms(x, self.element.length);
+        self.rate_from(x, v, &law.helix(&y).map(Dual64::from_re))
+    }
+
+    /// `∇ε_i(x)·v` of an element that is free of stress with the strains `reference`.
+    fn rate_from(
+        &self,
+        x: &ElementCoordinates,
+        v: &ElementCoordinates,
+        reference: &Vector6<Dual64>,
+    ) -> Vector6<Dual64> {
         let length = self.element.length;
         let Some(law) = &self.law else {
             return strain::gradients(x, length).tr_mul(v).map(Dual64::from_re);
         };
         let y = helicoidal::forms(x, length);
-        let at = law.at(&y, &law.helix(&y).map(Dual64::from_re));
+        let at = law.at(&y, reference);
         let rate = at.helix_rate(&helicoidal::gradients(x, length).tr_mul(v)).map(Dual64::from_re);
         Vector6::from_fn(|i, _| {
             let unit = Vector6::from_fn(|k, _| Dual64::from_re(f64::from(u8::from(i == k))));
@@ -312,6 +339,24 @@ impl ElementsTangent {
         &self.masses
     }
 
+    /// `μ` and `T` of an element in a step `h`.
+    fn scaling(
+        &self,
+        own: &Changed,
+        internal: &[f64],
+        h: f64,
+    ) -> (Dual64, Option<Vector6<Dual64>>) {
+        let scaled = self.rule.strains == StrainRule::MassScaled;
+        let slowness = if scaled { own.slowness } else { Dual64::from_re(0.0) };
+        let mu = scaling(self.averaged.most, slowness, h);
+        let bound = self.averaged.bound(own.index, internal);
+        let lengths = [own.element.length, self.averaged.reach];
+        let tension = bound.map(|bound| {
+            tension_mass(Dual64::new(bound, own.bound), lengths, h, own.mass[(0, 0)])
+        });
+        (mu, tension)
+    }
+
     /// `n` of the energy of an element in a step, `ε̄` and `Δε`.
     fn of_energy(
         &self,
@@ -320,14 +365,7 @@ impl ElementsTangent {
         (mean, change): (&Vector6<Dual64>, &Vector6<Dual64>),
         of: Slot,
     ) -> Vector6<Dual64> {
-        let scaled = self.rule.strains == StrainRule::MassScaled;
-        let slowness = if scaled { own.slowness } else { Dual64::from_re(0.0) };
-        let mu = scaling(self.averaged.most, slowness, s.h);
-        let bound = self.averaged.bound(own.index, &s.internal);
-        let lengths = [own.element.length, self.averaged.reach];
-        let tension = bound.map(|bound| {
-            tension_mass(Dual64::new(bound, own.bound), lengths, s.h, own.mass[(0, 0)])
-        });
+        let (mu, tension) = self.scaling(own, &s.internal, s.h);
         let slack = own.element.is_slack(&mean.map(|own| own.re));
         let n = resultants(&own.stiffness, (mean, change), (mu, tension), slack, -of.sign());
         times(-s.h, &n)
@@ -363,11 +401,7 @@ impl ElementsTangent {
             Quadrature::Midpoint => &s.q_mid,
             Quadrature::Trapezoidal => s.node(of),
         };
-        let strain = own.strain(q);
-        let mut stress = own.stiffness * strain;
-        if own.element.is_slack(&strain.map(|own| own.re)) {
-            stress = crate::element::without_extension(&own.stiffness) * strain;
-        }
+        let stress = own.stress(&own.strain(q));
         own.add(q, &times(-0.5 * s.h * own.element.length, &stress), out);
     }
 }
@@ -390,6 +424,26 @@ fn mass(element: &Element, sections: &[SectionPoint<Dual64>]) -> SMatrix<f64, 8,
 impl StepTangent for ElementsTangent {
     fn add(&self, s: &Interval, of: Slot, out: &mut [f64]) {
         self.add_slot(s, of, out);
+    }
+
+    /// `−ℓ Σ_i (C ε + V ε̇)_i ∇ε_i`, differentiated.
+    fn add_at_node(&self, q: &[f64], v: &[f64], out: &mut [f64]) {
+        for own in &self.elements {
+            let n = own.stress(&own.strain(q)) + own.viscosity * own.rate(q, v);
+            own.add(q, &times(-own.element.length, &n), out);
+        }
+    }
+
+    /// `h² ℓ Σ_i ((μ C + T) ε̇)_i ∇ε_i`, differentiated.
+    fn add_added_momentum(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut [f64]) {
+        for own in self.elements.iter().filter(|_| self.averaged.adds_mass()) {
+            let (rate, (mu, tension)) = (own.rate(at.q, v), self.scaling(own, at.internal, h));
+            let mut n = own.stiffness * rate * mu;
+            if let Some(tension) = tension {
+                n += tension.component_mul(&rate);
+            }
+            own.add(at.q, &times(h * h * own.element.length, &n), out);
+        }
     }
 
     fn add_internal(&self, s: &Interval, out: &mut [f64]) {

@@ -4,6 +4,7 @@
 //! ```text
 //! z = (N̂, σ_n, σ_{n−1})          N̂' = 1.25 least of (σ, σ_n, σ_{n−1}) where that exceeds N̂, else N̂
 //! ∂D_1(U_d − K_d)/∂N̂ = ℓ Σ_i (T_N̂ Δε)_i ∇ε_i(x_n),      σ = (C ε̄)_3
+//! ∂(A v)/∂N̂ = h² ℓ Σ_i (T_N̂ ε̇)_i ∇ε_i                    A: the added mass, ε̇ = ∇ε·v
 //! ```
 //! Which of them it is, and whether it exceeds `N̂`, is held. At a start without tension `N̂` has a
 //! kink; it is held as well.
@@ -12,8 +13,10 @@
 use crate::averaged::{
     AveragedStrains, MARGIN, OF_BOUND, mean_and_change, raised_by, tension_mass,
 };
+use crate::element::Element;
 use crate::strain::Strain;
 use nalgebra::Matrix6;
+use vi_core::Configuration;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
@@ -67,15 +70,40 @@ impl AveragedStrains {
         let own = self.own(&s.internal);
         for (variable, index, element, _) in self.following() {
             let Some(bound) = own.get(variable) else { return };
-            let line = Dual64::from_re(self.elements.section(element).inertia()[0]);
-            let lengths = [element.length, self.reach];
-            let by_bound = tension_mass(Dual64::new(*bound, 1.0), lengths, s.h, line);
             let (_, change) = mean_and_change(element.strains_of(s, index));
-            let n = by_bound.map(|own| own.eps).component_mul(&change);
+            let n = self.by_bound(element, *bound, s.h).component_mul(&change);
             let force =
                 element.within(s.node(of)).force(&(-of.sign() * scale * element.length * n));
             for (row, f) in force.iter().enumerate() {
                 out.add(element.place(row), variable, *f);
+            }
+        }
+    }
+
+    /// `T_N̂`.
+    fn by_bound(&self, element: &Element, bound: f64, h: f64) -> Strain {
+        let line = Dual64::from_re(self.elements.section(element).inertia()[0]);
+        let lengths = [element.length, self.reach];
+        tension_mass(Dual64::new(bound, 1.0), lengths, h, line).map(|own| own.eps)
+    }
+
+    /// Emits `h² ℓ Σ_i (T_N̂ ε̇)_i ∇ε_i`, the derivative of the momentum of the added mass.
+    pub(crate) fn emit_mass_by_bounds(
+        &self,
+        at: Configuration<'_>,
+        h: f64,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        let own = self.own(at.internal);
+        for (variable, _, element, _) in self.following() {
+            let Some(bound) = own.get(variable) else { return };
+            let within = element.within(at.q);
+            let rate = within.rate(&element.coordinates(v));
+            let n = self.by_bound(element, *bound, h).component_mul(&rate);
+            let momentum = within.force(&(h * h * element.length * n));
+            for (row, p) in momentum.iter().enumerate() {
+                out.add(element.place(row), variable, *p);
             }
         }
     }

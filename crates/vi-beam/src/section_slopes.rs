@@ -31,8 +31,8 @@ pub struct SectionChange<'a> {
     pub elements: Option<&'a ElementsTangent>,
     /// `dγ`, m/s².
     pub gravity: Vector3<f64>,
-    /// Of force and torque of each load, along the same axes; empty where none changes.
-    pub loads: &'a [[Vector3<f64>; 2]],
+    /// Loads that come to the others.
+    pub loads: &'a [BeamLoad],
 }
 
 /// `x + ε ẋ`.
@@ -76,10 +76,10 @@ fn stress(
     own: Option<&Changed>,
     strain: &Vector6<Dual64>,
 ) -> Vector6<Dual64> {
-    let C: Matrix6<Dual64> = match own {
-        None => model.elements.stiffness(element).map(Dual64::from_re),
-        Some(own) => own.stiffness,
-    };
+    if let Some(own) = own {
+        return own.stress(strain);
+    }
+    let C = model.elements.stiffness(element).map(Dual64::from_re);
     let slack = element.is_slack(&strain.map(|own| own.re));
     if slack { without_extension(&C) * strain } else { C * strain }
 }
@@ -145,7 +145,7 @@ fn station(
 
 /// What acts along an element, as it changes.
 fn acting<'a>(
-    (model, element, own): (&BeamElements, &'a Element, Option<&Changed>),
+    (model, element, changed): (&BeamElements, &'a Element, Option<&Changed>),
     q: &[f64],
     loads: &LineLoads<'_>,
     change: &SectionChange<'_>,
@@ -154,32 +154,28 @@ fn acting<'a>(
     let still = change.acceleration.is_empty();
     let mut faster = if still { [0.0; 12] } else { mean(element, change.acceleration) };
     (0..3).for_each(|i| faster[i] -= change.gravity[i]);
-    let load = |(k, BeamLoad { place, load }): (usize, &BeamLoad)| {
-        let now = load.wrench(loads.t, &frame);
-        let follows = load.kind() == LoadKind::Follower;
-        let mut moved = match follows {
-            true => load.wrench(loads.t, &turned), // linear in the directors
-            false => Wrench { force: Vector3::zeros(), torque: Vector3::zeros() },
-        };
-        if let Some([force, torque]) = change.loads.get(k) {
-            let c = load.history().value(loads.t);
-            let directors = |v: &Vector3<f64>| -> Vector3<f64> {
-                let along = |i: usize| Vector3::from_column_slice(&frame[3 * i + 3..3 * i + 6]);
-                if follows { (0..3).map(|i| v[i] * along(i)).sum() } else { *v }
-            };
-            moved.force += c * directors(force);
-            moved.torque += c * directors(torque);
-        }
+    let none = Wrench { force: Vector3::zeros(), torque: Vector3::zeros() };
+    let both = |place: Option<f64>, now: Wrench, moved: Wrench| {
         let both = [(now.force, moved.force), (now.torque, moved.torque)];
-        (*place, both.map(|(now, moved)| now.zip_map(&moved, Dual64::new)))
+        (place, both.map(|(now, moved)| now.zip_map(&moved, Dual64::new)))
+    };
+    let own = |BeamLoad { place, load }: &BeamLoad| {
+        let moved = match load.kind() {
+            LoadKind::Follower => load.wrench(loads.t, &turned), // linear in the directors
+            LoadKind::Dead => none,
+        };
+        both(*place, load.wrench(loads.t, &frame), moved)
+    };
+    let comes = |BeamLoad { place, load }: &BeamLoad| {
+        both(*place, none, load.wrench(loads.t, &frame)) //
     };
     let section = model.elements.section(element);
     Acting {
         element,
-        mass: own.map_or_else(|| section.mass_matrix().map(Dual64::from_re), |own| own.mass),
+        mass: changed.map_or_else(|| section.mass_matrix().map(Dual64::from_re), |own| own.mass),
         frame: with(&frame, &turned),
         motion: with(&loads.motion(element), &faster),
-        loads: loads.loads.iter().enumerate().map(load).collect(),
+        loads: loads.loads.iter().map(own).chain(change.loads.iter().map(comes)).collect(),
     }
 }
 

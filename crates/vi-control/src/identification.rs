@@ -18,15 +18,15 @@ use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
 use crate::objective::{Known, Objective, Quantity, Seen};
 use crate::sensitivities::{Beside, Direction, Growth, Increment, NodeForces, Sensitivities};
-use crate::terminal_rate::{Level, NodeReader};
+use crate::terminal_rate::{NodeReader, NodeSources};
 use nalgebra::DMatrix;
 use std::ops::Range;
 use vi_constraints::design::Design;
 use vi_constraints::linearization::{Costate, Tangent};
 use vi_core::linear::dot;
-use vi_core::{Configuration, MechanicalSystem, State};
+use vi_core::{Configuration, State};
 use vi_multibody::design::MechanismTangent;
-use vi_multibody::design::velocity::NodeVelocity;
+use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
 use vi_multibody::run::MechanismIntegrator;
 
 /// A run for some parameters, at its start.
@@ -46,8 +46,8 @@ pub struct Trial {
     pub tangents: Vec<MechanismTangent>,
     /// What is measured, in the order of the sensors of [`Series`].
     pub quantities: Vec<Measurable>,
-    /// The acceleration level, where a quantity reads multipliers or accelerations.
-    pub level: Option<Level>,
+    /// What quantities follow from that read multipliers or accelerations.
+    pub sources: NodeSources,
     /// Steps of the run: its last node has the accelerations of that level.
     pub steps: usize,
 }
@@ -294,10 +294,6 @@ struct Velocities {
 
 impl Velocities {
     fn of(trial: &Trial) -> Result<Self, Refused> {
-        if trial.run.system().adds_mass() {
-            let why = "rates have no derivative where steps add to the masses";
-            return Err(Refused(why.to_owned()));
-        }
         let rows = trial.run.rows();
         let node = NodeVelocity::new(trial.run.constraints(), rows, &trial.tangents);
         let node = node.map_err(|error| Refused(error.to_string()))?;
@@ -312,11 +308,12 @@ impl Velocities {
     ) -> Result<(), Refused> {
         let refused = |error: vi_core::linear::Singular| Refused(error.to_string());
         let (mechanism, state) = (trial.run.constraints(), trial.run.state());
-        let found = self.node.find(mechanism, trial.run.system().mass(), state);
+        let h = if trial.run.reads_states() { 0.0 } else { trial.step };
+        let found = self.node.find(mechanism, NodeMass::of(trial.run.system(), h), state);
         self.v = found.map_err(refused)?.to_vec();
         self.changes.clear();
         for (direction, own) in directions.iter().zip(tangents.tangents()) {
-            let (at, change) = (state.configuration(), [&own.q[..], &own.p[..]]);
+            let (at, change) = (state.configuration(), [&own.q[..], &own.p[..], &own.z[..]]);
             let found = self.node.change(mechanism, at, direction.parameter, change);
             self.changes.push(found.map_err(refused)?.to_vec());
         }
@@ -459,8 +456,9 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         if reads.accelerations {
             tangents.keep_increments();
         }
-        let level = trial.level.take().filter(|_| reads.any());
-        let reader = level.map(|own| NodeReader::new(&trial.run, &trial.tangents, Some(own)));
+        let sources = std::mem::take(&mut trial.sources);
+        let reader = (reads.any() && sources.level.is_some())
+            .then(|| NodeReader::new(&trial.run, &trial.tangents, sources));
         let objective = Objective::default();
         let mut slope = vec![0.0; trial.run.state().q.len()];
         let (mut of_v, mut of_lambda, mut of_z) = (slope.clone(), Vec::new(), Vec::new());

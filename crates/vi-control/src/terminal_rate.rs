@@ -22,7 +22,7 @@ use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
 use vi_multibody::design::acceleration::NodeAcceleration;
-use vi_multibody::design::velocity::NodeVelocity;
+use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
 use vi_multibody::design::{DesignError, MechanismTangent};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
@@ -47,26 +47,76 @@ impl std::fmt::Debug for Level {
 #[non_exhaustive]
 pub enum RateError {
     /// The momentum of a node is not `M v` alone.
-    #[error("a rate has no derivative where steps add to the masses")]
+    #[error("velocities have no second derivatives where steps add to the masses")]
     AddedMass,
+    /// The system that adds to them is not known.
+    #[error("velocities where steps add to the masses need the system of the run")]
+    UnknownMass,
     /// A direction that the constraints leave free has no mass.
     #[error("the velocity at a node is not determined: {0}")]
     Undetermined(#[from] Singular),
-    /// The acceleration level is not known by the node alone.
-    #[error(
-        "accelerations, and forces at the start and at sub-steps, have no derivatives with {0}"
-    )]
-    Level(&'static str),
     /// A tangent is not available.
     #[error(transparent)]
     Design(#[from] DesignError),
+}
+
+/// What carries the momentum of nodes.
+enum Mass {
+    /// `M`.
+    Constant(SparseMatrix),
+    /// `M` and what the system adds to it in steps of this length, s.
+    OfStep(Arc<SeparableSystem>, f64),
+}
+
+impl std::fmt::Debug for Mass {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Mass").finish_non_exhaustive()
+    }
+}
+
+impl Mass {
+    fn at_node(&self) -> NodeMass<'_> {
+        match self {
+            Self::Constant(mass) => NodeMass::Constant(mass),
+            Self::OfStep(system, h) => NodeMass::OfStep(&**system, *h),
+        }
+    }
+
+    /// Whether velocities are not those of the acceleration level.
+    fn is_of_step(&self) -> bool {
+        matches!(self, Self::OfStep(..))
+    }
+}
+
+/// What numbers of nodes follow from beside the run itself.
+#[derive(Clone, Debug, Default)]
+pub struct NodeSources {
+    /// The acceleration level, where numbers read multipliers or accelerations.
+    pub level: Option<Level>,
+    /// The system of the run, where numbers read velocities and steps add to the masses.
+    pub masses: Option<AddedMasses>,
+}
+
+/// A system whose steps add to the masses.
+#[derive(Clone)]
+pub struct AddedMasses {
+    /// The system of the run.
+    pub system: Arc<SeparableSystem>,
+    /// Its step, s.
+    pub step: f64,
+}
+
+impl std::fmt::Debug for AddedMasses {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AddedMasses").field("step", &self.step).finish_non_exhaustive()
+    }
 }
 
 /// What the numbers of nodes are read from.
 #[derive(Debug)]
 pub struct NodeReader {
     mechanism: Mechanism,
-    mass: SparseMatrix,
+    mass: Mass,
     velocity: Option<Mutex<NodeVelocity>>,
     level: Option<(Level, Mutex<NodeAcceleration>)>,
     n: usize,
@@ -74,55 +124,60 @@ pub struct NodeReader {
 }
 
 impl NodeReader {
-    /// In a run, where the numbers of its mechanism change so with parameters; with the
-    /// acceleration level where it is read.
+    /// In a run, where the numbers of its mechanism change so with parameters.
     ///
     /// # Errors
     /// [`RateError`].
     pub fn new(
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
-        level: Option<Level>,
+        NodeSources { level, masses }: NodeSources,
     ) -> Result<Self, RateError> {
-        let (rows, state) = (run.rows(), run.state());
-        Self::at(run.constraints(), run.system(), (rows, state), tangents, level)
+        let adds = run.system().adds_mass() && !run.reads_states();
+        let mass = match masses.filter(|_| adds) {
+            Some(AddedMasses { system, step }) => Mass::OfStep(system, step),
+            None => Mass::Constant(run.system().mass().clone()),
+        };
+        Self::with_mass((run.constraints(), mass), (run.rows(), run.state()), tangents, level)
     }
 
     /// Of numbers that read no velocities.
     #[must_use]
     pub fn standing(run: &MechanismIntegrator) -> Self {
-        let (mechanism, mass) = (run.constraints().clone(), run.system().mass().clone());
+        let mass = Mass::Constant(run.system().mass().clone());
+        let mechanism = run.constraints().clone();
         let (n, m) = (run.state().q.len(), vi_constraints::Constraints::len(&mechanism));
         Self { mechanism, mass, velocity: None, level: None, n, m }
     }
 
-    /// The same of a mechanism with its independent rows, at a node.
+    /// Of a mechanism with its independent rows, at a node, with second derivatives.
     ///
     /// # Errors
     /// [`RateError`].
     pub fn at(
         mechanism: &Mechanism,
         system: &SeparableSystem,
-        (rows, state): (&IndependentRows, &State),
-        tangents: &[MechanismTangent],
-        level: Option<Level>,
+        node: (&IndependentRows, &State),
     ) -> Result<Self, RateError> {
         if system.adds_mass() {
             return Err(RateError::AddedMass);
         }
-        let (mechanism, mass) = (mechanism.clone(), system.mass().clone());
+        Self::with_mass((mechanism, Mass::Constant(system.mass().clone())), node, &[], None)
+    }
+
+    fn with_mass(
+        (mechanism, mass): (&Mechanism, Mass),
+        (rows, state): (&IndependentRows, &State),
+        tangents: &[MechanismTangent],
+        level: Option<Level>,
+    ) -> Result<Self, RateError> {
+        let mechanism = mechanism.clone();
         let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
-        velocity.find(&mechanism, &mass, state)?;
+        velocity.find(&mechanism, mass.at_node(), state)?;
         let level = level.map(|level| {
-            if level.system.interpolation().is_some() {
-                return Err(RateError::Level("beams"));
-            }
-            if level.system.has_memory() {
-                return Err(RateError::Level("forces with memory"));
-            }
             let mut own = NodeAcceleration::new(&mechanism, rows, tangents)?;
             own.find(&mechanism, &*level.system, state)?;
-            Ok((level, Mutex::new(own)))
+            Ok::<_, RateError>((level, Mutex::new(own)))
         });
         let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
         let (velocity, level) = (Some(Mutex::new(velocity)), level.transpose()?);
@@ -149,15 +204,41 @@ impl NodeReader {
             (Some((level, own)), Known::State) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 own.find(&self.mechanism, &*level.system, state).ok()?;
-                Some(then(Node { at, v: own.v(), lambda: own.lambda(), a: own.a() }))
+                let (lambda, a) = (own.lambda(), own.a());
+                if !(self.mass.is_of_step() && y.reads_velocity()) {
+                    return Some(then(Node { at, v: own.v(), lambda, a }));
+                }
+                let own = self.velocity.as_ref()?;
+                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+                let v = own.find(&self.mechanism, self.mass.at_node(), state).ok()?;
+                Some(then(Node { at, v, lambda, a }))
             }
             _ => {
                 let own = self.velocity.as_ref()?;
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
-                let v = own.find(&self.mechanism, &self.mass, state).ok()?;
+                let v = own.find(&self.mechanism, self.mass.at_node(), state).ok()?;
                 Some(then(Node { at, v, lambda, a }))
             }
         }
+    }
+
+    /// Adds what the derivatives by `v̂` are by the state and by parameters, at the node that was
+    /// read last; `None` where it is not determined.
+    fn pull_velocity(
+        &self,
+        at: Configuration<'_>,
+        of_v: &[f64],
+        (q, p, z): OfState<'_>,
+        parameters: &mut [f64],
+    ) -> Option<()> {
+        let own = self.velocity.as_ref()?;
+        let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+        own.pull(&self.mechanism, at, of_v, [q, p]).ok()?;
+        own.pull_internal(z);
+        for (k, out) in parameters.iter_mut().enumerate() {
+            *out += own.pulled_by_parameter(at, k);
+        }
+        Some(())
     }
 
     /// Whether a number follows from the configuration and from what is known.
@@ -184,7 +265,10 @@ impl NodeReader {
         let at = state.configuration();
         let own = self.velocity.as_ref()?;
         let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
-        let v = own.find(mechanism, mass, state).ok()?.to_vec();
+        if mass.is_of_step() {
+            return None;
+        }
+        let v = own.find(mechanism, mass.at_node(), state).ok()?.to_vec();
         let (node, curved) = (Node::moving(at, &v), y.curved()?);
         let ([mut q, of_v], mut p) = (y.slopes_at(node), vec![0.0; *n]);
         own.pull(mechanism, at, &of_v, [&mut q, &mut p]).ok()?;
@@ -239,37 +323,53 @@ impl NodeReader {
         if self.needs_no_velocity(y, known) {
             return value;
         }
-        match (&self.level, known) {
-            (Some((level, own)), Known::State) => {
-                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
-                let slopes = [&of_v[..], &of_a, &of_level];
-                if own.pull(mechanism, &*level.system, at, slopes, [&mut *q, p]).is_err() {
-                    q.fill(f64::NAN);
-                    return f64::NAN;
-                }
-                of_known.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
-                let into = &mut Product { v: own.by_force(), out: z };
-                let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-                level.system.state_slopes(at, own.v(), &mut along); // (∂f/∂z)ᵀ ∂y/∂f
-                let Some(design) = &level.design else { return value };
-                for (k, out) in parameters.iter_mut().enumerate() {
-                    *out += own.pulled_by_parameter(at, &**design, k);
+        let pulled = match (&self.level, known) {
+            (Some(level), Known::State) => {
+                let apart = self.mass.is_of_step().then(|| std::mem::take(&mut of_v));
+                let still = if apart.is_some() { vec![0.0; *n] } else { of_v };
+                let slopes = [&still[..], &of_a, &of_level];
+                let out: OfState<'_> = (&mut *q, &mut *p, &mut *z);
+                let out = (out, of_known);
+                let level = pull_level((mechanism, level), at, slopes, out, parameters);
+                match apart {
+                    Some(of_v) => level.and_then(|()| self.pull_velocity(at, &of_v, (q, p, z), parameters)),
+                    None => level,
                 }
             }
-            _ => {
-                let Some(own) = &self.velocity else { return value };
-                let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
-                if own.pull(mechanism, at, &of_v, [&mut *q, p]).is_err() {
-                    q.fill(f64::NAN);
-                    return f64::NAN;
-                }
-                for (k, out) in parameters.iter_mut().enumerate() {
-                    *out += own.pulled_by_parameter(at, k);
-                }
-            }
+            _ => self.pull_velocity(at, &of_v, (q, p, z), parameters),
+        };
+        if pulled.is_none() {
+            q.fill(f64::NAN);
+            return f64::NAN;
         }
         value
     }
+}
+
+/// Derivatives by `q`, `p̄` and internal variables.
+type OfState<'a> = (&'a mut [f64], &'a mut [f64], &'a mut [f64]);
+
+/// The same of the derivatives by `v̂`, `a` and `λ` of the acceleration level; also by forces on the
+/// coordinates, shape `n` or empty.
+fn pull_level(
+    (mechanism, (level, own)): (&Mechanism, &(Level, Mutex<NodeAcceleration>)),
+    at: Configuration<'_>,
+    slopes: [&[f64]; 3],
+    ((q, p, z), by_force): (OfState<'_>, &mut [f64]),
+    parameters: &mut [f64],
+) -> Option<()> {
+    let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+    own.pull(mechanism, &*level.system, at, slopes, [q, p]).ok()?;
+    by_force.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
+    let into = &mut Product { v: own.by_force(), out: z };
+    let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+    level.system.state_slopes(at, own.v(), &mut along); // (∂f/∂z)ᵀ ∂y/∂f
+    if let Some(design) = &level.design {
+        for (k, out) in parameters.iter_mut().enumerate() {
+            *out += own.pulled_by_parameter(at, &**design, k);
+        }
+    }
+    Some(())
 }
 
 /// `½ (y − target)²` of a number of a node.
@@ -291,22 +391,26 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
     ) -> Result<Self, RateError> {
-        Self::with_level(number, run, tangents, None)
+        Self::with(number, run, tangents, NodeSources::default())
     }
 
-    /// The same of what reads multipliers or accelerations, those of a level.
+    /// The same of what follows from more than that.
     ///
     /// # Errors
-    /// [`RateError`].
-    pub fn with_level(
+    /// [`RateError`], also of a velocity where steps add to the masses and the system is not there.
+    pub fn with(
         (quantity, target): (Q, f64),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
-        level: Option<Level>,
+        sources: NodeSources,
     ) -> Result<Self, RateError> {
-        let reader = match level {
-            None if !quantity.reads_velocity() => NodeReader::standing(run),
-            level => NodeReader::new(run, tangents, level)?,
+        let reads_velocity = quantity.reads_velocity();
+        if reads_velocity && sources.masses.is_none() && run.system().adds_mass() {
+            return Err(RateError::UnknownMass);
+        }
+        let reader = match sources.level {
+            None if !reads_velocity => NodeReader::standing(run),
+            _ => NodeReader::new(run, tangents, sources)?,
         };
         Ok(Self { quantity, target, reader })
     }

@@ -23,6 +23,17 @@ pub trait MechanicalSystem: Send + Sync {
     /// Emits the mass that discrete potentials add to `M` in steps `h` from a configuration, shape
     /// `n × n`; none for most systems. Always the same places in the same order.
     fn add_mass_of_step(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
+    /// Emits `∂(A v)/∂q` of the mass `A` that discrete potentials add, shape `n × n`.
+    fn added_mass_slope(&self, _at: Configuration<'_>, _h: f64, _v: &[f64], _: &mut dyn Entries) {}
+    /// Emits `∂(A v)/∂z`, shape `n ×` all internal variables.
+    fn added_mass_by_internal(
+        &self,
+        _at: Configuration<'_>,
+        _h: f64,
+        _v: &[f64],
+        _out: &mut dyn Entries,
+    ) {
+    }
     /// `V(q)`, J.
     fn potential_energy(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`, shape `n`.

@@ -60,6 +60,11 @@ pub trait DiscretePotential: Send + Sync {
     /// `½ (Δq/h)ᵀ` times it times `Δq/h` to the order of the step; always the same places in the
     /// same order.
     fn add_mass(&self, _at: Configuration<'_>, _h: f64, _out: &mut dyn Entries) {}
+    /// Emits `∂(A v)/∂q` of the added mass `A` of a step `h`, shape `n × n`.
+    fn add_mass_slope(&self, _at: Configuration<'_>, _h: f64, _v: &[f64], _: &mut dyn Entries) {}
+    /// Emits `∂(A v)/∂z`, columns of its own internal variables.
+    fn add_mass_by_internal(&self, _at: Configuration<'_>, _: f64, _v: &[f64], _: &mut dyn Entries) {
+    }
     /// `out ← out + scale D_1 U_d`, shape `n`.
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]);
     /// `out ← out + scale D_2 U_d`, shape `n`.

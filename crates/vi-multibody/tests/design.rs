@@ -14,7 +14,7 @@ use vi_core::num_dual::Dual64;
 use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature, State};
 use vi_multibody::builder::{ElementForce, Inertia, MechanismBuilder};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError};
-use vi_multibody::design::velocity::NodeVelocity;
+use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
 use vi_multibody::design::{
     BarTangent, BodyTangent, EffortChange, JointTangent, MechanismDesign, MechanismTangent,
     ScalarTangent, SpringTangent,
@@ -477,9 +477,9 @@ fn velocities_of_nodes_have_their_derivatives() {
                 Some(k) => (list[k].0.as_str(), &list[k].1, list[k].2),
                 None => ("none", &nothing, None),
             };
-            node.find(&built.0, &mass(&built.0), &state(&q, &p)).unwrap();
+            node.find(&built.0, NodeMass::Constant(&mass(&built.0)), &state(&q, &p)).unwrap();
             let at = Configuration::new(0.3, &q);
-            let exact = node.change(&built.0, at, parameter, [dq, dp]).unwrap();
+            let exact = node.change(&built.0, at, parameter, [dq, dp, &[]]).unwrap();
             let exact = DVector::from_column_slice(exact);
             let differences = difference(|e| {
                 let (moved, _) = changed(&built.0, &built.1, (tangent, element), e);
@@ -487,7 +487,7 @@ fn velocities_of_nodes_have_their_derivatives() {
                     x.iter().zip(by).map(|(x, by)| x + e * by).collect()
                 };
                 let mut node = NodeVelocity::new(&moved, &rows, &[]).unwrap();
-                let v = node.find(&moved, &mass(&moved), &state(&add(&q, dq), &add(&p, dp)));
+                let v = node.find(&moved, NodeMass::Constant(&mass(&moved)), &state(&add(&q, dq), &add(&p, dp)));
                 v.unwrap().to_vec()
             });
             // the transpose: c·δv̂ = q·δq + p·δp̄ + of the parameter

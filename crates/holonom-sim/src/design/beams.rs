@@ -16,7 +16,7 @@ use vi_beam::Rest;
 use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_constraints::Method;
 use vi_core::num_dual::Dual64;
-use vi_multibody::design::{MechanismTangent, StepTangent};
+use vi_multibody::design::StepTangent;
 use vi_rigid::directors::{self, FRAME};
 
 /// No part of a step of a composition is longer, in steps.
@@ -140,7 +140,7 @@ impl Chain<'_> {
     pub(super) fn load_along(
         &self,
         load: &Load,
-        out: &mut MechanismTangent,
+        found: &mut ModelTangent,
     ) -> Result<(), ModelError> {
         let key = format!("load.{}", load.name);
         let base = self.placements.base(load.relative_to.as_deref()).rotation;
@@ -159,7 +159,10 @@ impl Chain<'_> {
         let System { beams, dynamics, .. } = self.system;
         let loads = loads_along(load, by, &history, (&dynamics.parts, &beams.list))?;
         let named = |own| (load.name.clone(), Arc::new(own) as _);
-        out.forces.extend(loads.into_iter().map(named));
+        found.numbers.forces.extend(loads.into_iter().map(named));
+        let [force, torque] = by.map(Into::into);
+        let more = Load { force, torque, relative_to: None, ..load.clone() };
+        found.along_beams.push(more);
         Ok(())
     }
 }

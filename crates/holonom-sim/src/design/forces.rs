@@ -30,11 +30,13 @@ impl Chain<'_> {
             self.spring(k, spring, out);
         }
         for load in &self.stated.loads {
+            let (key, out) = (format!("load.{}", load.name), &mut found.numbers);
             match load.beam {
-                Some(_) => self.load_along(load, out)?,
-                None => self.load((&format!("load.{}", load.name), &load.name), load, out),
+                Some(_) => self.load_along(load, found)?,
+                None => self.load((&key, &load.name), load, out),
             }
         }
+        let out = &mut found.numbers;
         for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
             let (key, name) = (format!("control.{}", own.name), Input::of(own).source());
             own.load().into_iter().for_each(|load| self.load((&key, &name), &load, out));

@@ -181,6 +181,9 @@ impl Chain<'_> {
             if let Some(slope) = self.formulas.slope(&path, formula)? {
                 load.history = History::Expression(slope);
                 changed.insert(load.name.clone());
+                if load.beam.is_some() {
+                    found.along_beams.push(load.clone());
+                }
             }
         }
         if changed.is_empty() {

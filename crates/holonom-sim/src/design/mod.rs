@@ -63,6 +63,8 @@ pub struct ModelTangent {
     pub acting: ForceElements,
     /// Elements of beams.
     pub(crate) elements: Option<Arc<ElementsTangent>>,
+    /// Loads along beams that come to the others, in space or along the axes of the beam.
+    pub(crate) along_beams: Vec<holonom_model::Load>,
 }
 
 impl std::fmt::Debug for ModelTangent {

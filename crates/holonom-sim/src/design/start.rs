@@ -17,7 +17,7 @@ use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError, StartTangent};
-use vi_multibody::design::velocity::NodeVelocity;
+use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
 use vi_multibody::mechanism::Mechanism;
 
 /// Part of the change of a row from which on a constraint counts as open.
@@ -339,8 +339,8 @@ impl StartOf<'_> {
         let state = State::new(at.t, at.q.to_vec(), p);
         let configuration = Configuration::new(at.t, at.q);
         let singular = |error| self.refusal(&StartDerivativeError::from(error), own);
-        velocity.find(mechanism, mass, &state).map_err(singular)?;
-        let found = velocity.change(mechanism, configuration, Some(0), [dq, &dp]);
+        velocity.find(mechanism, NodeMass::Constant(mass), &state).map_err(singular)?;
+        let found = velocity.change(mechanism, configuration, Some(0), [dq, &dp, &[]]);
         let found = found.map_err(singular)?.to_vec();
         let [_, left] = self.opened(own, [dq, &found])?;
         match self.largest(&left, &found) {

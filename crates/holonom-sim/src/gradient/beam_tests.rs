@@ -280,12 +280,85 @@ fn sections_of_beams_agree_with_differences() {
     }
 }
 
-/// Within an element the inertia of the beam enters.
+/// A load along the rod of which a parameter changes the history, and a weight that one changes.
+fn loaded(text: &str) -> String {
+    let gust = "[[load]]\nname = \"gust\"\nbeam = \"rod\"\nforce = [1.0, 2.0, 0.5]\n\
+                history = \"1 + sin(pulse*t)\"\n";
+    let pairs = [("speed = 0.7\n", "pulse = 30.0\nweight = -9.81\n"), ("-9.81]", "\"= weight\"]")];
+    changed(text, &pairs) + gust
+}
+
+/// Within an element the inertia of the beam, its weight and its loads enter.
 #[test]
-fn sections_within_elements_are_refused() {
-    let sensor = "type = \"section_force\"\nof = \"rod\"\nat = 0.35\n";
-    let text = sensing(&rod("averaged", "helicoidal"), sensor, "0", "");
-    let error = found(&text, false).unwrap_err().to_string();
-    println!("{error}");
-    assert!(error.contains("`seen` within an element"), "{error}");
+fn sections_within_elements_agree_with_differences() {
+    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    for (strain, element, place, at) in [
+        ("averaged", "helicoidal", 0.35, ""),
+        ("averaged", "helicoidal", 0.3, PATH),
+        ("mass_scaled", "helicoidal", 0.0, ""),
+        ("mass_scaled", "helicoidal", 0.28, PATH),
+        ("mass_scaled", "second_order", 0.9, PATH),
+        ("dissipative", "helicoidal", 0.35, PATH),
+        ("dissipative", "helicoidal", 0.2, ""),
+    ] {
+        let text = loaded(&rod(strain, element));
+        for (kind, part) in [("section_force", "1"), ("section_force", "4"), ("strain", "2")] {
+            let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = {place}\n");
+            let what = format!("{kind} {part} of {element}, {strain}, at {place} {at}");
+            worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
+        }
+    }
+}
+
+/// The same by the acceleration level of all nodes.
+#[test]
+fn sections_within_elements_in_galerkin_steps_agree_with_differences() {
+    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    let text = loaded(&rod("averaged", "helicoidal"));
+    let text = changed(
+        &text,
+        &[
+            ("strain = \"averaged\"", "method = \"galerkin\", order = 4"),
+            ("[\"= radius\"]", "[0.012]"),
+            ("E = \"= young\", nu = 0.3, density = \"= density\"", "E = 2.0e9, nu = 0.3, density = 1400.0"),
+            ("damping = \"= relaxation\"", "damping = 0.004"),
+            ("young = 2.0e9\nradius = 0.012\ndensity = 1400.0\nrelaxation = 0.004\n", ""),
+        ],
+    );
+    for (kind, part, at) in [("section_force", "4", ""), ("strain", "2", PATH)] {
+        let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = 0.35\n");
+        let what = format!("{kind} {part} {at}");
+        worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
+    }
+}
+
+/// Steps add to the masses that carry the momentum of a node, by the configuration and by the
+/// bounds of tension that follow it.
+#[test]
+fn velocities_of_beams_agree_with_differences() {
+    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    for (strain, element) in
+        [("mass_scaled", "helicoidal"), ("mass_scaled", "mean_directors"), ("dissipative", "helicoidal")]
+    {
+        let text = loaded(&rod(strain, element));
+        for (sensor, part, at) in [
+            ("type = \"velocity\"\nof = \"rod.2\"\n", "2", PATH),
+            ("type = \"angular_velocity\"\nof = \"rod.end\"\n", "1", ""),
+            ("type = \"acceleration\"\nof = \"rod.3\"\n", "1", PATH),
+            (
+                "type = \"expression\"\nvalue = \"rod.3.vz*rod.1.z + 0.1*tip_a.z\"\n[[sensor]]\n\
+                 name = \"tip_a\"\ntype = \"acceleration\"\nof = \"rod.end\"\n",
+                "",
+                PATH,
+            ),
+        ] {
+            let what = format!("{sensor} {part}, {strain}, {element}, {at}");
+            worst.compare_within(&what, &sensing(&text, sensor, part, at), &all, 1e-8);
+        }
+    }
+    let rope = without_objectives(ROPE);
+    for at in ["", PATH] {
+        let sensor = "type = \"velocity\"\nof = \"rope.2\"\n";
+        worst.compare_within(&format!("rope {at}"), &sensing(&rope, sensor, "0", at), &all, 1e-8);
+    }
 }

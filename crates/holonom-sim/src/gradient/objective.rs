@@ -10,7 +10,7 @@ use vi_control::identification::Reading;
 use vi_control::objective::{
     self, Effort, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
 };
-use vi_control::terminal_rate::{NodeQuantity, RateOf, TerminalRate};
+use vi_control::terminal_rate::{NodeQuantity, NodeSources, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -168,7 +168,9 @@ impl Costs {
             true => Some(forces::level(model, system, (&key, of_steps), tangents)?),
             false => None,
         };
-        let term = TerminalRate::with_level((quantity, own.target), run, &numbers, level);
+        let masses = forces::masses((model, system), run, quantity.reads_velocity());
+        let sources = NodeSources { level, masses };
+        let term = TerminalRate::with((quantity, own.target), run, &numbers, sources);
         let term = term.map_err(|error| {
             let help = "take a position or a joint coordinate";
             refused(&key, error.to_string(), help)

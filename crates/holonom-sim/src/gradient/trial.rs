@@ -13,6 +13,7 @@ use vi_control::identification::{Experiment, Measurable, Trial};
 use vi_control::least_squares::Refused;
 use vi_control::node::{NodeQuantity, Reads};
 use vi_control::sensitivities::Direction;
+use vi_control::terminal_rate::NodeSources;
 use vi_core::Configuration;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::Mechanism;
@@ -233,13 +234,16 @@ impl ModelTrials<'_> {
             true => Some(forces::level(&model, &prepared.system, ("sensor", true), &tangents)?),
             false => None,
         };
+        let parts = (&model, &prepared.system);
+        let masses = forces::masses(parts, prepared.simulation.integrator(), level.is_some());
+        let sources = NodeSources { level, masses };
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();
         let step = model.settings.step;
         let Prepared { simulation, controls, steps, .. } = prepared;
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
         let tangents = numbers;
-        Ok(Trial { run, step, controls, design, directions, tangents, quantities, level, steps })
+        Ok(Trial { run, step, controls, design, directions, tangents, quantities, sources, steps })
     }
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct SectionGauge {
     pub(crate) strains: bool,
     gravity: Vector3<f64>, // γ, m/s²
     loads: Vec<BeamLoad>,
+    beam: String,
+    leg_start: f64, // m, from the start of the beam
 }
 
 impl SectionGauge {
@@ -48,22 +50,38 @@ impl SectionGauge {
             (None, None) => return None,
         };
         let leg_start = sensor.at.unwrap_or_default() - along;
-        let curves = Curves::new(model);
-        let own = |load: &holonom_model::Load| {
-            let [force, torque] = [load.force, load.torque].map(Vector3::from);
-            let history = load.history.time_history(&curves);
-            let found = Load::new(0, load_kind(load), force, torque, history).ok()?;
-            place.load(load.at.map(|at| at - leg_start), found)
-        };
-        let on_beam = model.loads.iter().filter(|load| load.beam.as_deref() == Some(&beam.name));
-        let loads = on_beam.filter_map(own).collect();
-        Some(Self {
+        let mut own = Self {
             parts: Arc::clone(parts),
             place,
             strains: sensor.kind == SensorKind::Strain,
             gravity: Vector3::from(model.gravity()),
-            loads,
-        })
+            loads: Vec::new(),
+            beam: beam.name.clone(),
+            leg_start,
+        };
+        own.loads = own.loads_of(&Curves::new(model), &model.loads);
+        Some(own)
+    }
+
+    /// Those of these loads that enter.
+    pub(crate) fn loads_of(
+        &self,
+        curves: &Curves<'_>,
+        loads: &[holonom_model::Load],
+    ) -> Vec<BeamLoad> {
+        let own = |load: &holonom_model::Load| {
+            let [force, torque] = [load.force, load.torque].map(Vector3::from);
+            let history = load.history.time_history(curves);
+            let found = Load::new(0, load_kind(load), force, torque, history).ok()?;
+            self.place.load(load.at.map(|at| at - self.leg_start), found)
+        };
+        let on_beam = loads.iter().filter(|load| load.beam.as_deref() == Some(&self.beam));
+        on_beam.filter_map(own).collect()
+    }
+
+    /// Whether loads enter, which may have a history.
+    pub(crate) fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
     }
 
     /// Whether the inertia of the beam enters.

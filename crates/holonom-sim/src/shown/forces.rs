@@ -18,8 +18,8 @@ use std::sync::Arc;
 use vi_constraints::design::Design;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
-use vi_control::terminal_rate::Level;
-use vi_core::Configuration;
+use vi_control::terminal_rate::{AddedMasses, Level};
+use vi_core::{Configuration, MechanicalSystem as _};
 use vi_core::linear::dot;
 use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, Rows};
 use vi_multibody::design::{CoordinateAcceleration, MovedCoordinate};
@@ -27,6 +27,7 @@ use vi_multibody::form::Form;
 use vi_multibody::law::Input;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::reaction::ReactionObserver;
+use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_rigid::directors::FRAME;
 
@@ -275,6 +276,20 @@ pub(crate) fn level(
         tangents => Some(Arc::new(mechanism_design(system, &mass, tangents)?)),
     };
     Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design })
+}
+
+/// The system of a run whose steps add to the masses, where velocities are read.
+pub(crate) fn masses(
+    (model, system): (&Model, &System),
+    run: &MechanismIntegrator,
+    are_read: bool,
+) -> Option<AddedMasses> {
+    let System { mechanism, dynamics, .. } = system;
+    let adds = are_read && run.system().adds_mass();
+    adds.then(|| AddedMasses {
+        system: Arc::new(dynamics.variational(mechanism)),
+        step: model.settings.step,
+    })
 }
 
 /// Refuses numbers of which parts are those of other steps; `of_states`: whether the run has the

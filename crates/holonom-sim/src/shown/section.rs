@@ -2,79 +2,110 @@
 //!
 //! ```text
 //! y(q; θ)        ∂y/∂q of both nodes, y_θ: by dual numbers, one coordinate at a time
+//! y(t, q, a; θ)  ∂y/∂a as well, within a helicoidal element, where inertia, weight and loads of the
+//!                beam enter ([`vi_beam::section_force`])
 //! ```
-//! Those in the middle of an element, and between middles; within a helicoidal element the inertia
-//! of the beam enters ([`vi_beam::section_force`]).
+//! Those in the middle of an element, and between middles, do not read `a`.
 
 use super::{Asked, OfNode};
-use crate::design::refused;
+use crate::design::ModelTangent;
 use crate::sensor::SectionGauge;
-use holonom_model::SensorKind;
+use holonom_model::{Curves, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_beam::design::ElementsTangent;
+use vi_beam::section_force::BeamLoad;
 use vi_beam::section_slopes::SectionChange;
-use vi_control::node::{Node, NodeQuantity, Slopes};
+use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
 
 /// One of six numbers of a section.
 struct Section {
     gauge: SectionGauge,
     part: usize,
-    by: Vec<Option<Arc<ElementsTangent>>>, // in the order of the parameters
+    by: Vec<Changed>, // in the order of the parameters
+}
+
+/// What a parameter changes of a section.
+struct Changed {
+    elements: Option<Arc<ElementsTangent>>,
+    gravity: Vector3<f64>,
+    loads: Vec<BeamLoad>,
+}
+
+impl Changed {
+    fn of(own: &ModelTangent, gauge: &SectionGauge, curves: &Curves<'_>) -> Self {
+        Self {
+            elements: own.elements.clone(),
+            gravity: own.numbers.gravity,
+            loads: gauge.loads_of(curves, &own.along_beams),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.elements.is_none() && self.gravity == Vector3::zeros() && self.loads.is_empty()
+    }
 }
 
 impl Section {
-    /// The derivative along a change of coordinates, and of the numbers of elements.
-    fn along(&self, node: Node<'_>, dq: &[f64], elements: Option<&ElementsTangent>) -> f64 {
+    /// The derivative along a change of coordinates and accelerations, and by a parameter.
+    fn along(&self, node: Node<'_>, [dq, da]: [&[f64]; 2], by: Option<&Changed>) -> f64 {
         let SectionGauge { parts, place, strains, .. } = &self.gauge;
-        let (position, gravity) = (dq, Vector3::zeros());
-        let change = SectionChange { position, acceleration: &[], elements, gravity, loads: &[] };
-        let acting = self.gauge.acting(node.at.t, &[]);
+        let change = SectionChange {
+            position: dq,
+            acceleration: da,
+            elements: by.and_then(|own| own.elements.as_deref()),
+            gravity: by.map_or_else(Vector3::zeros, |own| own.gravity),
+            loads: by.map_or(&[], |own| &own.loads),
+        };
+        let acting = self.gauge.acting(node.at.t, node.a);
         let [strain, stress] = place.change(parts, node.at.q, &acting, &change);
         if *strains { strain[self.part].eps } else { stress[self.part].eps }
     }
 }
 
 impl NodeQuantity for Section {
-    fn value(&self, Node { at, .. }: Node<'_>) -> f64 {
-        self.gauge.numbers(at.t, at.q, &[])[self.part]
+    fn value(&self, Node { at, a, .. }: Node<'_>) -> f64 {
+        self.gauge.numbers(at.t, at.q, a)[self.part]
     }
     fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
-        let mut unit = vec![0.0; node.at.q.len()];
+        let (zero, mut unit) = (vec![0.0; node.at.q.len()], vec![0.0; node.at.q.len()]);
+        let accelerates = self.gauge.needs_acceleration() && !out.a.is_empty();
         for i in self.gauge.place.coordinates(&self.gauge.parts) {
             unit[i] = 1.0;
-            out.q[i] += scale * self.along(node, &unit, None);
+            out.q[i] += scale * self.along(node, [&unit, &[]], None);
+            if accelerates {
+                out.a[i] += scale * self.along(node, [&zero, &unit], None);
+            }
             unit[i] = 0.0;
         }
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
-        let own = self.by.get(parameter).and_then(Option::as_deref);
-        own.map_or(0.0, |own| self.along(node, &vec![0.0; node.at.q.len()], Some(own)))
+        let own = self.by.get(parameter).filter(|own| !own.is_empty());
+        let along = |own| self.along(node, [&vec![0.0; node.at.q.len()], &[]], Some(own));
+        own.map_or(0.0, along)
+    }
+    fn reads(&self) -> Reads {
+        Reads { accelerations: self.gauge.needs_acceleration(), ..Reads::default() }
     }
     fn reads_velocity(&self) -> bool {
         false
+    }
+    fn reads_time(&self) -> bool {
+        self.gauge.has_loads() // which may have a history
     }
 }
 
 /// What a sensor of a section shows; `None` of others.
 ///
 /// # Errors
-/// [`ModelError`] where it names none of its numbers, or within an element.
+/// [`holonom_model::ModelError`] where it names none of its numbers.
 pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
-    let Asked { system, key, of: (sensor, _), tangents, .. } = asked;
+    let Asked { model, system, of: (sensor, _), tangents, .. } = asked;
     if !matches!(sensor.kind, SensorKind::SectionForce | SensorKind::Strain) {
         return Ok(None);
     }
     let Some(gauge) = system.sensors.section(&sensor.name).cloned() else { return Ok(None) };
-    let part = asked.number()?;
-    if gauge.needs_acceleration() {
-        let what = format!(
-            "the derivative of the sensor `{}` within an element, where the inertia of the beam \
-             enters",
-            sensor.name
-        );
-        return Err(refused(key, what, "write `element` in the place of `at`: its middle"));
-    }
-    let by = tangents.iter().map(|own| own.elements.clone()).collect();
+    let (part, curves) = (asked.number()?, Curves::new(model));
+    let by = tangents.iter().map(|own| Changed::of(own, &gauge, &curves)).collect();
     Ok(Some(Box::new(Section { gauge, part, by })))
 }

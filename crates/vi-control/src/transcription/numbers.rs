@@ -91,7 +91,7 @@ impl Velocities {
         let rows = rows.map_err(|_| ProblemError::NotCovered("velocities at a singular start"))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
-        let reader = NodeReader::at(mechanism, system, (&rows, &state), &[], None)?;
+        let reader = NodeReader::at(mechanism, system, (&rows, &state))?;
         Ok(Some(Self { reader }))
     }
 }

@@ -51,6 +51,11 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     ) {
         self.potential_hessian(at, -by_q, out);
     }
+    /// The same of all potentials and forces, [`MechanicalSystem::interpolation`] among them: part
+    /// of the tangent of the acceleration level.
+    fn level_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
+        self.gauss_slopes(at, v, by, out);
+    }
     /// Emits `∂f/∂z`, shape `n ×` all internal variables: states of signals that forces read.
     fn state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
     /// The rates of the continuous states of signals where all internal variables are listed;

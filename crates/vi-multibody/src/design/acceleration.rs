@@ -13,7 +13,7 @@
 //! Redundant constraints: `λ` and `ν` of independent rows.
 #![allow(non_snake_case)] // F, G, M
 
-use super::velocity::NodeVelocity;
+use super::velocity::{NodeMass, NodeVelocity};
 use super::{DesignError, MechanismTangent};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
@@ -89,13 +89,14 @@ impl NodeAcceleration {
     ) -> Result<(), Singular> {
         let Self { velocity, v, a, lambda, x, rows, standing, .. } = self;
         let (n, at) = (v.len(), state.configuration());
-        v.copy_from_slice(velocity.find(mechanism, system.mass(), state)?);
+        v.copy_from_slice(velocity.find(mechanism, NodeMass::Constant(system.mass()), state)?);
         mechanism.acceleration_terms(at.t, at.q, v, rows);
         rows.iter_mut().for_each(|b| *b = -*b);
         let saddle = velocity.saddle();
         let (upper, lower) = x.split_at_mut(n);
         upper.fill(0.0);
-        system.add_gauss_force(at, v, upper);
+        system.add_potential_gradient(at, -1.0, upper);
+        system.add_force(at, v, upper);
         saddle.rows().gather(rows, lower);
         saddle.solve_factorized(x)?;
         a.copy_from_slice(&x[..n]);
@@ -151,7 +152,7 @@ impl NodeAcceleration {
         for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut of_v[..])] {
             let into = &mut Product { v: w, out };
             let mut transposed = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-            system.gauss_slopes(at, v, by, &mut transposed);
+            system.level_slopes(at, v, by, &mut transposed);
         }
         let bend = |mu: &[f64], scale, of: &[f64], out: &mut [f64]| {
             mechanism.weighted_hessian(at.t, at.q, mu, scale, &mut Product { v: of, out });

@@ -250,6 +250,10 @@ impl Explicit for OfElements {
     fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
+        if let Place::Gauss(..) = at {
+            self.own.add_at_node(&s.q0, &s.v_mid, &mut force);
+            return halves(s, &force, out);
+        }
         self.own.add(s, Slot::First, &mut force);
         each(&force, |i, f| out.minus(i, f));
         force.fill(0.0);

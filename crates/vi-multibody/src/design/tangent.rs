@@ -7,6 +7,7 @@ use crate::pair::joint::{Joint, Side};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
@@ -52,6 +53,10 @@ pub struct MechanismTangent {
 pub trait StepTangent: Send + Sync {
     /// `out ← out + (D_1 L_d + f_d^-)_θ`, or `(D_2 L_d + f_d^+)_θ`, without masses; shape `n`.
     fn add(&self, s: &Interval, of: Slot, out: &mut [f64]);
+    /// `out ← out + (f − ∇V)_θ` at a node with a velocity, N, shape `n`.
+    fn add_at_node(&self, q: &[f64], v: &[f64], out: &mut [f64]);
+    /// `out ← out + (A v)_θ` of the mass `A` that steps `h` add there, shape `n`.
+    fn add_added_momentum(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut [f64]);
     /// `out ← out + ζ_θ` of the internal variables `z_{n+1} = ζ`; shape of all of the system.
     fn add_internal(&self, s: &Interval, out: &mut [f64]);
     /// `out ← out +` their change at the start of a motion from `q`.

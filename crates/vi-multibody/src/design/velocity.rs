@@ -9,26 +9,81 @@
 //! ∂y/∂v̂·∂²v̂/∂a∂b = −[ w·(Σ δ_aμ_i D²g_i) δ_bq + ν·D²g[δ_bq, δ_av̂] + the same with a, b exchanged
 //!                  + Σ μ_i D³g_i[w, δ_aq, δ_bq] + Σ ν_i D³g_i[v̂, δ_aq, δ_bq] ]                     [2.54]
 //! ```
-//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
+//! With `A(q, z)`, the mass that steps `h` add, `M + A` stands for `M`, and to the right side of the
+//! second line comes `−(A v̂)_q δq − (A v̂)_z δz − (A v̂)_θ`, to `∂y/∂q` comes `−(A v̂)_qᵀ w`; second
+//! derivatives are not known then. The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
 //! the last one is the second line differentiated again, along the same. Redundant constraints: `μ`
 //! and `ν` of independent rows; the others follow.
 #![allow(non_snake_case)] // G, M
 
 use super::explicit::Masses;
 use super::rows::MovedRows;
-use super::{DesignError, MechanismTangent};
+use super::{DesignError, MechanismTangent, StepTangent};
 use crate::mechanism::Mechanism;
 use nalgebra::Vector3;
+use std::sync::Arc;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Entries, Product, SparseMatrix};
-use vi_core::{Configuration, State};
+use vi_core::{Configuration, MechanicalSystem, State};
+
+/// What carries the momentum of a node.
+#[derive(Clone, Copy)]
+pub enum NodeMass<'a> {
+    /// `M`.
+    Constant(&'a SparseMatrix),
+    /// `M` and what the system adds to it in steps of this length, s.
+    OfStep(&'a dyn MechanicalSystem, f64),
+}
+
+impl<'a> NodeMass<'a> {
+    /// Of a system in steps `h`, s; 0 where nodes are read by themselves.
+    pub fn of(system: &'a dyn MechanicalSystem, h: f64) -> Self {
+        match h != 0.0 && system.adds_mass() {
+            true => Self::OfStep(system, h),
+            false => Self::Constant(system.mass()),
+        }
+    }
+
+    fn emit(self, at: Configuration<'_>, out: &mut dyn Entries) {
+        match self {
+            Self::Constant(mass) => mass.emit(out),
+            Self::OfStep(system, h) => system.emit_mass_of_step(at, h, out),
+        }
+    }
+}
+
+impl std::fmt::Debug for NodeMass<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Constant(_) => f.write_str("Constant"),
+            Self::OfStep(_, h) => f.debug_tuple("OfStep").field(h).finish(),
+        }
+    }
+}
+
+/// How the momentum of a mass that steps add changes at a node with its velocity.
+struct AddedMomentum {
+    h: f64,
+    by_position: SparseMatrix, // n × n  (A v̂)_q
+    by_internal: SparseMatrix, // n × z  (A v̂)_z
+}
 
 /// What a parameter changes of a velocity.
 struct Moved {
     masses: Option<Masses>,
     rows: MovedRows,
+    elements: Option<Arc<dyn StepTangent>>,
+}
+
+impl Moved {
+    /// `(A v̂)_θ`, shape `n`; `None` where nothing is added, or does not change.
+    fn added(&self, at: Configuration<'_>, h: Option<f64>, v: &[f64]) -> Option<Vec<f64>> {
+        let mut out = vec![0.0; v.len()];
+        self.elements.as_ref()?.add_added_momentum(at, h?, v, &mut out);
+        Some(out)
+    }
 }
 
 /// How a velocity changes along a direction, with what its second change is made of.
@@ -61,6 +116,7 @@ impl VelocityChange {
 pub struct NodeVelocity {
     saddle: SaddlePoint,
     moved: Vec<Moved>,
+    added: Option<AddedMomentum>, // at the last node
     x: Vec<f64>,  // n + r
     v: Vec<f64>,  // n
     mu: Vec<f64>, // m
@@ -89,11 +145,13 @@ impl NodeVelocity {
         let (n, m) = (mechanism.dim(), mechanism.len());
         let moved = tangents.iter().map(|own| {
             let masses = Masses::of(mechanism, own, Vector3::zeros());
-            Ok(Moved { masses, rows: MovedRows::of(mechanism, own)? })
+            let (rows, elements) = (MovedRows::of(mechanism, own)?, own.elements.clone());
+            Ok(Moved { masses, rows, elements })
         });
         Ok(Self {
             saddle: SaddlePoint::new(n, rows.clone()),
             moved: moved.collect::<Result<_, DesignError>>()?,
+            added: None,
             x: vec![0.0; n + rows.len()],
             v: vec![0.0; n],
             mu: vec![0.0; m],
@@ -104,7 +162,7 @@ impl NodeVelocity {
         })
     }
 
-    /// `v̂` at the node of a state, shape `n`; `mass`: `M`.
+    /// `v̂` at the node of a state, shape `n`. Allocates where steps add to `M`.
     ///
     /// # Errors
     /// [`Singular`] where the constraints have lost rank, or a direction that they leave free has
@@ -112,22 +170,34 @@ impl NodeVelocity {
     pub fn find(
         &mut self,
         mechanism: &Mechanism,
-        mass: &SparseMatrix,
+        mass: NodeMass<'_>,
         state: &State,
     ) -> Result<&[f64], Singular> {
-        let (n, at) = (self.v.len(), Configuration::new(state.t, &state.q));
+        let (n, at) = (self.v.len(), state.configuration());
         mechanism.time_derivative(at.t, at.q, &mut self.b);
         self.b.iter_mut().for_each(|b| *b = -*b);
-        let emit = |out: &mut dyn Entries| mass.emit(out);
+        let emit = |out: &mut dyn Entries| mass.emit(at, out);
         self.saddle.solve_at(mechanism, &emit, at, &state.p, &self.b, &mut self.x)?;
         self.v.copy_from_slice(&self.x[..n]);
         self.mu.fill(0.0);
         self.saddle.rows().scatter(&self.x[n..], &mut self.mu);
+        self.added = None;
+        if let NodeMass::OfStep(system, h) = mass {
+            let (v, z) = (&self.v, at.internal.len());
+            let by_position = |out: &mut dyn Entries| system.added_mass_slope(at, h, v, out);
+            let by_internal = |out: &mut dyn Entries| system.added_mass_by_internal(at, h, v, out);
+            self.added = Some(AddedMomentum {
+                h,
+                by_position: SparseMatrix::assemble(n, n, by_position),
+                by_internal: SparseMatrix::assemble(n, z, by_internal),
+            });
+        }
         Ok(&self.v)
     }
 
     /// `δv̂` at the node of the last [`NodeVelocity::find`], shape `n`, where the configuration
-    /// changes by `dq`, the momentum by `dp`, and one of the parameters at the rate 1 if any does.
+    /// changes by `dq`, the momentum by `dp`, internal variables by `dz`, which is not read where
+    /// steps add nothing to `M`, and one of the parameters at the rate 1 if any does.
     ///
     /// # Errors
     /// As of [`NodeVelocity::find`].
@@ -136,9 +206,9 @@ impl NodeVelocity {
         mechanism: &Mechanism,
         at: Configuration<'_>,
         parameter: Option<usize>,
-        [dq, dp]: [&[f64]; 2],
+        [dq, dp, dz]: [&[f64]; 3],
     ) -> Result<&[f64], Singular> {
-        let Self { saddle, moved, x, v, mu, a, b, .. } = self;
+        let Self { saddle, moved, added, x, v, mu, a, b, .. } = self;
         let n = v.len();
         a.copy_from_slice(dp);
         let mut product = Product { v: dq, out: a };
@@ -150,6 +220,15 @@ impl NodeVelocity {
             }
             own.rows.add_rates(at, v, b);
             own.rows.for_each_force(at.q, mu, |i, force| a[i] -= force);
+            if let Some(changed) = own.added(at, added.as_ref().map(|own| own.h), v) {
+                a.iter_mut().zip(&changed).for_each(|(a, by)| *a -= by);
+            }
+        }
+        if let Some(added) = added {
+            added.by_position.mul_add(-1.0, dq, a);
+            if !dz.is_empty() {
+                added.by_internal.mul_add(-1.0, dz, a);
+            }
         }
         x[..n].copy_from_slice(a);
         b.iter_mut().for_each(|b| *b = -*b);
@@ -169,7 +248,7 @@ impl NodeVelocity {
         at: Configuration<'_>,
         [dq, dp]: [&[f64]; 2],
     ) -> Result<VelocityChange, Singular> {
-        let dv = self.change(mechanism, at, None, [dq, dp])?.to_vec();
+        let dv = self.change(mechanism, at, None, [dq, dp, &[]])?.to_vec();
         let Self { saddle, x, v, mu, w, nu, .. } = self;
         let (n, m) = (v.len(), mu.len());
         let mut dmu = vec![0.0; m];
@@ -198,7 +277,7 @@ impl NodeVelocity {
         of_v: &[f64],
         [q, p]: [&mut [f64]; 2],
     ) -> Result<(), Singular> {
-        let Self { saddle, x, v, mu, w, nu, .. } = self;
+        let Self { saddle, added, x, v, mu, w, nu, .. } = self;
         let n = v.len();
         x[..n].copy_from_slice(of_v);
         x[n..].fill(0.0);
@@ -209,7 +288,17 @@ impl NodeVelocity {
         p.iter_mut().zip(&*w).for_each(|(p, w)| *p += w);
         mechanism.weighted_hessian(at.t, at.q, mu, -1.0, &mut Product { v: w, out: q });
         mechanism.weighted_hessian(at.t, at.q, nu, -1.0, &mut Product { v, out: q });
+        if let Some(added) = added {
+            added.by_position.tr_mul_add(-1.0, w, q);
+        }
         Ok(())
+    }
+
+    /// `z ← z + (∂v̂/∂z)ᵀ of_v` of the last [`NodeVelocity::pull`]; shape of the internal variables.
+    pub fn pull_internal(&self, z: &mut [f64]) {
+        if let Some(added) = &self.added {
+            added.by_internal.tr_mul_add(-1.0, &self.w, z);
+        }
     }
 
     /// The factors of the matrix at the node of the last [`NodeVelocity::find`].
@@ -226,7 +315,7 @@ impl NodeVelocity {
         [v, a, lambda]: [&[f64]; 3],
     ) -> f64 {
         let Self { moved, b, .. } = self;
-        let Some(Moved { masses, rows }) = moved.get(parameter) else { return 0.0 };
+        let Some(Moved { masses, rows, .. }) = moved.get(parameter) else { return 0.0 };
         let mut sum = 0.0;
         if let Some(masses) = masses {
             masses.for_each_momentum(a, |i, momentum| sum -= w[i] * momentum);
@@ -241,9 +330,13 @@ impl NodeVelocity {
     /// [`NodeVelocity::pull`] was.
     #[must_use]
     pub fn pulled_by_parameter(&mut self, at: Configuration<'_>, parameter: usize) -> f64 {
-        let Self { moved, v, mu, w, nu, b, .. } = self;
-        let Some(Moved { masses, rows }) = moved.get(parameter) else { return 0.0 };
+        let Self { moved, added, v, mu, w, nu, b, .. } = self;
+        let Some(own) = moved.get(parameter) else { return 0.0 };
+        let Moved { masses, rows, .. } = own;
         let mut sum = 0.0;
+        if let Some(changed) = own.added(at, added.as_ref().map(|own| own.h), v) {
+            sum -= dot(&changed, w);
+        }
         if let Some(masses) = masses {
             masses.for_each_momentum(v, |i, momentum| sum -= w[i] * momentum);
         }

@@ -7,7 +7,7 @@ use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
 use crate::interval::Interval;
 use crate::mechanical_system::MechanicalSystem;
-use crate::sparse::{Entries, Product, SparseMatrix};
+use crate::sparse::{Block, Entries, Product, SparseMatrix};
 
 impl MechanicalSystem for SeparableSystem {
     fn mass(&self) -> &SparseMatrix {
@@ -34,6 +34,24 @@ impl MechanicalSystem for SeparableSystem {
 
     fn add_mass_of_step(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         self.potentials().for_each(|potential| potential.add_mass(at, h, out));
+    }
+
+    fn added_mass_slope(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut dyn Entries) {
+        self.potentials().for_each(|potential| potential.add_mass_slope(at, h, v, out));
+    }
+
+    fn added_mass_by_internal(
+        &self,
+        at: Configuration<'_>,
+        h: f64,
+        v: &[f64],
+        out: &mut dyn Entries,
+    ) {
+        if let Some(own) = self.potential_with_memory() {
+            let column = self.variables_before_potentials();
+            let mut block = Block { into: out, row: 0, column, scale: 1.0, transposed: false };
+            own.add_mass_by_internal(at, h, v, &mut block);
+        }
     }
 
     fn potential_energy(&self, at: Configuration<'_>) -> f64 {

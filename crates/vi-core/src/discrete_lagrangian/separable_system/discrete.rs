@@ -70,6 +70,13 @@ impl DiscreteLagrangian for SeparableSystem {
         self.gauss_forces().for_each(|force| force.add_gauss_slopes(at, v, by, out));
     }
 
+    fn level_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
+        if by[0] != 0.0 {
+            self.potential_hessian(at, -by[0], out);
+        }
+        self.forces.iter().for_each(|force| force.add_gauss_slopes(at, v, by, out));
+    }
+
     fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
         self.forces.iter().for_each(|force| force.add_state_slopes(at, v, 1.0, out));
     }
