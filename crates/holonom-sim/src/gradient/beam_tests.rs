@@ -288,6 +288,15 @@ fn loaded(text: &str) -> String {
     changed(text, &pairs) + gust
 }
 
+/// Of derivatives and differences, and of forward and backward: accelerations of a beam are rounded
+/// by what its stiffness makes of its coordinates.
+const APART: [f64; 2] = [1e-8, 1e-10];
+
+/// The same of a soft rod for a short while, so that differences resolve much.
+fn soft(text: &str) -> String {
+    changed(text, &[("young = 2.0e9", "young = 2.0e7"), ("end = 0.1", "end = 0.03")])
+}
+
 /// Within an element the inertia of the beam, its weight and its loads enter.
 #[test]
 fn sections_within_elements_agree_with_differences() {
@@ -301,11 +310,11 @@ fn sections_within_elements_agree_with_differences() {
         ("dissipative", "helicoidal", 0.35, PATH),
         ("dissipative", "helicoidal", 0.2, ""),
     ] {
-        let text = loaded(&rod(strain, element));
+        let text = soft(&loaded(&rod(strain, element)));
         for (kind, part) in [("section_force", "1"), ("section_force", "4"), ("strain", "2")] {
             let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = {place}\n");
             let what = format!("{kind} {part} of {element}, {strain}, at {place} {at}");
-            worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
+            worst.compare_both(&what, &sensing(&text, &sensor, part, at), &all, APART);
         }
     }
 }
@@ -314,21 +323,21 @@ fn sections_within_elements_agree_with_differences() {
 #[test]
 fn sections_within_elements_in_galerkin_steps_agree_with_differences() {
     let (mut worst, all) = (Worst::default(), Wanted::everything());
-    let text = loaded(&rod("averaged", "helicoidal"));
+    let text = soft(&loaded(&rod("averaged", "helicoidal")));
     let text = changed(
         &text,
         &[
             ("strain = \"averaged\"", "method = \"galerkin\", order = 4"),
             ("[\"= radius\"]", "[0.012]"),
-            ("E = \"= young\", nu = 0.3, density = \"= density\"", "E = 2.0e9, nu = 0.3, density = 1400.0"),
+            ("E = \"= young\", nu = 0.3, density = \"= density\"", "E = 2.0e7, nu = 0.3, density = 1400.0"),
             ("damping = \"= relaxation\"", "damping = 0.004"),
-            ("young = 2.0e9\nradius = 0.012\ndensity = 1400.0\nrelaxation = 0.004\n", ""),
+            ("young = 2.0e7\nradius = 0.012\ndensity = 1400.0\nrelaxation = 0.004\n", ""),
         ],
     );
     for (kind, part, at) in [("section_force", "4", ""), ("strain", "2", PATH)] {
         let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = 0.35\n");
         let what = format!("{kind} {part} {at}");
-        worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
+        worst.compare_both(&what, &sensing(&text, &sensor, part, at), &all, APART);
     }
 }
 
@@ -340,7 +349,7 @@ fn velocities_of_beams_agree_with_differences() {
     for (strain, element) in
         [("mass_scaled", "helicoidal"), ("mass_scaled", "mean_directors"), ("dissipative", "helicoidal")]
     {
-        let text = loaded(&rod(strain, element));
+        let text = soft(&loaded(&rod(strain, element)));
         for (sensor, part, at) in [
             ("type = \"velocity\"\nof = \"rod.2\"\n", "2", PATH),
             ("type = \"angular_velocity\"\nof = \"rod.end\"\n", "1", ""),
@@ -353,12 +362,12 @@ fn velocities_of_beams_agree_with_differences() {
             ),
         ] {
             let what = format!("{sensor} {part}, {strain}, {element}, {at}");
-            worst.compare_within(&what, &sensing(&text, sensor, part, at), &all, 1e-8);
+            worst.compare_both(&what, &sensing(&text, sensor, part, at), &all, APART);
         }
     }
     let rope = without_objectives(ROPE);
     for at in ["", PATH] {
         let sensor = "type = \"velocity\"\nof = \"rope.2\"\n";
-        worst.compare_within(&format!("rope {at}"), &sensing(&rope, sensor, "0", at), &all, 1e-8);
+        worst.compare_both(&format!("rope {at}"), &sensing(&rope, sensor, "0", at), &all, APART);
     }
 }

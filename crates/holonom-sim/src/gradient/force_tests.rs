@@ -145,6 +145,17 @@ impl Worst {
         wanted: &Wanted,
         allowed: f64,
     ) -> ModelGradient {
+        self.compare_both(what, text, wanted, [allowed, 1e-11])
+    }
+
+    /// The same, derivatives within these of differences and of those forward.
+    pub(super) fn compare_both(
+        &mut self,
+        what: &str,
+        text: &str,
+        wanted: &Wanted,
+        [allowed, between]: [f64; 2],
+    ) -> ModelGradient {
         let source = ModelText::from_text(Path::new("model.toml"), text);
         let model = source.model(&[]).unwrap_or_else(|error| panic!("{what}: {error}"));
         let found = gradient(&source, &[], &model, wanted);
@@ -157,7 +168,13 @@ impl Worst {
             "{what}: J {shown:.6e}, off by {off:.1e}, differences apart by {:.1e}, forward by {apart:.1e}",
             found.worst()
         );
-        assert!(apart <= 1e-11, "{what}: {apart:e}");
+        let raw = |own: &super::Check| {
+            let size = own.derivative.abs().max(own.difference.abs());
+            (own.derivative - own.difference).abs() / size
+        };
+        let raw = found.checks.iter().map(raw).fold(0.0, f64::max);
+        println!("    differences apart by {raw:.1e} with their rounding");
+        assert!(apart <= between, "{what}: {apart:e}");
         self.forward = self.forward.max(apart);
         assert!(!found.checks.is_empty() && found.value > 0.0, "{what}");
         assert!(found.worst() <= allowed, "{what}: {:#?}", found.checks);
