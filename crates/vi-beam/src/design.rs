@@ -8,7 +8,7 @@
 //! ```
 //! Strains of order 4 condense the stiffness, so `ε` and `∇ε` change with it as well: the formulas
 //! of the step are evaluated with dual numbers. Lengths and nodes do not change.
-#![allow(non_snake_case)] // C, V, M, K
+#![allow(non_snake_case)] // C, V, M, K, S, N
 
 use crate::averaged::{
     AveragedStrains, MASS_SCALING, mean_and_change, resultants, scaling, tension_mass,
@@ -19,6 +19,7 @@ use crate::element::{Element, ElementKind, without_extension};
 use crate::following::{Followed, begin_change};
 use crate::frequency::{Frequencies, Highest};
 use crate::helicoidal::{self, Helicoidal};
+use crate::interpolated::row;
 use crate::model::{BeamElements, StrainRule};
 use crate::rest::Rest;
 use crate::section::Section;
@@ -29,6 +30,7 @@ use nalgebra::{Matrix4, Matrix6, SMatrix, Vector6};
 use std::collections::BTreeMap;
 use vi_core::potential::DiscretePotential;
 use vi_core::{Configuration, Quadrature};
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::StepTangent;
@@ -431,6 +433,27 @@ impl StepTangent for ElementsTangent {
         for own in &self.elements {
             let n = own.stress(&own.strain(q)) + own.viscosity * own.rate(q, v);
             own.add(q, &times(-own.element.length, &n), out);
+        }
+    }
+
+    /// Strains of the midpoint rule alone.
+    fn add_at_gauss(&self, q: &[f64], _v: &[f64], out: &mut [f64]) {
+        for own in self.elements.iter().filter(|_| self.rule.strains == StrainRule::Midpoint) {
+            let n = own.stress(&own.strain(q));
+            own.add(q, &times(-own.element.length, &n), out);
+        }
+    }
+
+    /// `−ℓ Σ_i [h C Σ_l S_jl ε(q_l) + V Σ_l N_jl ε(q_l)]_i ∇ε_i(q_j)`, differentiated.
+    fn add_at_point(&self, step: &StepPolynomial<'_>, j: usize, out: &mut [f64]) {
+        let (S, N) = (&step.constants.S, &step.constants.N);
+        for own in &self.elements {
+            let strains: Vec<_> = (0..=step.stages()).map(|l| own.strain(step.q(l))).collect();
+            let mut n = own.viscosity * row(N, j, &strains);
+            if self.rule.strains != StrainRule::Midpoint {
+                n += own.stiffness * times(step.h(), &row(S, j, &strains));
+            }
+            own.add(step.q(j), &times(-own.element.length, &n), out);
         }
     }
 

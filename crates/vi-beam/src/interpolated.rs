@@ -22,7 +22,9 @@ use crate::averaged::AveragedStrains;
 use crate::damping::StrainDamping;
 use crate::strain::Strain;
 use crate::strained::Strained;
-use nalgebra::{DMatrix, Matrix6};
+use crate::small::times;
+use nalgebra::{DMatrix, Matrix6, Vector6};
+use vi_core::Number;
 use vi_core::galerkin::Stages;
 use vi_core::interpolation::{StepPolynomial, StrainInterpolation};
 use vi_core::sparse::Entries;
@@ -34,8 +36,14 @@ fn strains(own: &Strained<'_>, step: &StepPolynomial<'_>) -> [Strain; Stages::MA
 }
 
 /// `Σ_l A_jl ε(q_l)`.
-fn row(A: &DMatrix<f64>, j: usize, strains: &[Strain]) -> Strain {
-    strains.iter().zip(A.row(j).iter()).map(|(strain, weight)| *weight * strain).sum()
+pub(crate) fn row<T: Number>(
+    A: &DMatrix<f64>,
+    j: usize,
+    strains: &[Vector6<T>],
+) -> Vector6<T> {
+    let weights = A.row(j);
+    let parts = strains.iter().zip(weights.iter());
+    parts.fold(Vector6::zeros(), |sum, (strain, weight)| sum + times(*weight, strain))
 }
 
 /// `Σ c_i Σ_jl A_jl ε_i(q_j) ε_i(q_l)`.
@@ -90,6 +98,13 @@ impl StrainInterpolation for AveragedStrains {
         energy
     }
 
+    fn add_step_slope(&self, step: &StepPolynomial<'_>, i: usize, dh: f64, out: &mut [f64]) {
+        for own in self.elements.strained() {
+            let n = own.stiffness() * row(&step.constants.S, i, &strains(&own, step));
+            own.add(step.q(i), &(-dh * n), out);
+        }
+    }
+
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
         let h = step.h();
         add_impulses(
@@ -121,6 +136,9 @@ impl StrainInterpolation for StrainDamping {
         }
         work
     }
+
+    /// `N` knows no step.
+    fn add_step_slope(&self, _: &StepPolynomial<'_>, _: usize, _: f64, _: &mut [f64]) {}
 
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
         let c = |own: &Strained<'_>| -own.viscosity();

@@ -9,6 +9,7 @@
 //! neighbouring control points ([`Place`]).
 
 use vi_core::Interval;
+use vi_core::interpolation::StepPolynomial;
 
 /// Where equations of a step are evaluated, and which.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +23,9 @@ pub enum Place<'a> {
     Gauss(&'a Interval, f64),
     /// Neighbouring control points `(q_i, q_{i+1})` of a Galerkin step: constraints alone.
     Points(&'a Interval),
+    /// A control point of a Galerkin step, by its number: the impulse of interpolated strains on it
+    /// alone, which belongs to `D_2 L_d + f_d^+`.
+    Strains(StepPolynomial<'a>, usize),
 }
 
 impl<'a> Place<'a> {
@@ -30,19 +34,20 @@ impl<'a> Place<'a> {
     pub fn interval(self) -> &'a Interval {
         match self {
             Self::Step(s) | Self::Gauss(s, _) | Self::Points(s) => s,
+            Self::Strains(step, _) => step.step(),
         }
     }
 
-    /// Whether inertia, potentials and forces count.
+    /// Whether inertia, potentials and forces count, interpolated strains aside.
     #[must_use]
     pub fn has_forces(self) -> bool {
-        !matches!(self, Self::Points(_))
+        matches!(self, Self::Step(_) | Self::Gauss(..))
     }
 
     /// Whether constraints count.
     #[must_use]
     pub fn has_rows(self) -> bool {
-        !matches!(self, Self::Gauss(..))
+        matches!(self, Self::Step(_) | Self::Points(_))
     }
 }
 
@@ -68,6 +73,12 @@ pub trait Design {
         plus: &mut [f64],
         rows: &mut [f64],
     );
+
+    /// The same at a node where all forces count, interpolated strains among them, with the velocity
+    /// and the length of an interval whose ends have come together ([`Place::Gauss`]).
+    fn add_at_node(&self, k: usize, at: &Interval, [minus, plus]: [&mut [f64]; 2]) {
+        self.add_tangent(k, Place::Gauss(at, 1.0), &[], minus, plus, &mut []);
+    }
 
     /// Along parameter `k`: `out += ζ_θ` of the internal variables `z' = ζ(q, q', z)`, shape of all
     /// of them; of a Galerkin step the sum over its Gauss nodes.

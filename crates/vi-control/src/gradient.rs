@@ -681,6 +681,11 @@ pub(crate) fn step_sources(
             }
         }
         Place::Points(_) => {} // constraints know no step
+        Place::Strains(step, i) => {
+            if let Some(strains) = system.interpolation() {
+                strains.add_step_slope(&step, i, change.length, plus);
+            }
+        }
     }
     Ok(())
 }

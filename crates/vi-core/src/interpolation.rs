@@ -57,6 +57,9 @@ pub trait StrainInterpolation {
     fn work(&self, _step: &StepPolynomial<'_>) -> f64 {
         0.0
     }
+    /// `out ← out +` the change of `−h ∂U_d/∂q_i + f_i` with a step that changes by `dh`, at fixed
+    /// control points; shape `n`.
+    fn add_step_slope(&self, step: &StepPolynomial<'_>, i: usize, dh: f64, out: &mut [f64]);
     /// `out_i ← out_i − h ∂U_d/∂q_i + f_i`, N·s, `i = 0 … s`, each of shape `n`.
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]);
     /// Emits `scale ∂(−h ∂U_d/∂q_i + f_i)/∂q_j`, `(i, j) = at`; always the same places in the same

@@ -14,7 +14,6 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 use std::sync::Arc;
 use vi_beam::Rest;
 use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent, StepRule};
-use vi_constraints::Method;
 use vi_core::num_dual::Dual64;
 use vi_multibody::design::StepTangent;
 use vi_rigid::directors::{self, FRAME};
@@ -34,14 +33,6 @@ impl Chain<'_> {
         }
         let dynamics = &self.system.dynamics;
         let settings = &self.model.settings;
-        if let Method::Galerkin(_) = settings.method() {
-            let what = format!(
-                "the derivative by `{}` of a section in Galerkin steps",
-                self.formulas.name()
-            );
-            let help = format!("write simulation.method = \"composition\", or {LEAVE_OUT}");
-            return Err(refused("beam", what, help));
-        }
         let longest = if settings.order > 2 { LONGEST * settings.step } else { settings.step };
         let by = StepRule { strains: dynamics.rule, quadrature: dynamics.quadrature, longest };
         let q = self.system.mechanism.initial_configuration();

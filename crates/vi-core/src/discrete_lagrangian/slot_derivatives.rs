@@ -93,7 +93,8 @@ pub trait DiscreteLagrangian: MechanicalSystem {
         Err(NoStepSlope { what: "the discrete Lagrangian".into() })
     }
     /// `out ←` the change of `h (f − ∇V)` at a Gauss node of a Galerkin step `h` with the step, at
-    /// fixed control points: the velocity `v` is divided by `h`.
+    /// fixed control points: the velocity `v` is divided by `h`. Without
+    /// [`MechanicalSystem::interpolation`].
     ///
     /// # Errors
     /// [`NoStepSlope`], unless said otherwise.

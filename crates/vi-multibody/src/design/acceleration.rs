@@ -18,7 +18,7 @@ use super::{DesignError, MechanismTangent};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use vi_constraints::Constraints;
-use vi_constraints::design::{Design, Place};
+use vi_constraints::design::Design;
 use vi_constraints::linearization::{DroppedRows, LinearizationError};
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -179,13 +179,11 @@ impl NodeAcceleration {
         design: &dyn Design,
         parameter: usize,
     ) -> f64 {
-        let Self { velocity, v, a, lambda, w, nu, of_v, rows, standing, .. } = self;
+        let Self { velocity, v, a, lambda, w, nu, of_v, standing, .. } = self;
         let sum = velocity.pulled_by_parameter(at, parameter);
         let (minus, plus) = (of_v, &mut vec![0.0; v.len()]);
         minus.fill(0.0);
-        rows.fill(0.0);
-        let none = vec![0.0; rows.len()];
-        design.add_tangent(parameter, Place::Gauss(standing, 1.0), &none, minus, plus, rows);
+        design.add_at_node(parameter, standing, [minus, plus]);
         let force = dot(minus, w) + dot(plus, w); // F_θ: what inertia adds to both is opposite
         sum + force + velocity.pulled_acceleration(at, parameter, [w, nu], [v, a, lambda])
     }

@@ -251,7 +251,7 @@ impl Explicit for OfElements {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
         if let Place::Gauss(..) = at {
-            self.own.add_at_node(&s.q0, &s.v_mid, &mut force);
+            self.own.add_at_gauss(&s.q0, &s.v_mid, &mut force);
             return halves(s, &force, out);
         }
         self.own.add(s, Slot::First, &mut force);
@@ -263,7 +263,7 @@ impl Explicit for OfElements {
 }
 
 /// Half the impulse of a force at a Gauss node to either end.
-fn halves(s: &Interval, force: &[f64], out: &mut dyn Sink) {
+pub(super) fn halves(s: &Interval, force: &[f64], out: &mut dyn Sink) {
     each(force, |i, f| {
         out.minus(i, 0.5 * s.h * f);
         out.plus(i, 0.5 * s.h * f);
@@ -271,7 +271,7 @@ fn halves(s: &Interval, force: &[f64], out: &mut dyn Sink) {
 }
 
 /// The entries that are not zero.
-fn each(force: &[f64], mut visit: impl FnMut(usize, f64)) {
+pub(super) fn each(force: &[f64], mut visit: impl FnMut(usize, f64)) {
     force.iter().enumerate().filter(|(_, f)| **f != 0.0).for_each(|(i, f)| visit(i, *f));
 }
 

@@ -49,6 +49,7 @@ use side_sums::SideSums;
 use std::sync::Arc;
 use vi_constraints::Constraints;
 use vi_constraints::design::{Costates, Design, Place};
+use vi_core::interval::Interval;
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
 use vi_core::{Quadrature, SparseMatrix};
@@ -329,6 +330,11 @@ impl Parameter {
         if at.has_rows() {
             self.rows.emit(at.interval(), impulse, out);
         }
+        if let (Place::Strains(step, i), Some(own)) = (at, &self.internal) {
+            let mut force = vec![0.0; step.step().dim()];
+            own.add_at_point(&step, i, &mut force);
+            explicit::each(&force, |i, f| out.plus(i, f));
+        }
     }
 }
 
@@ -356,6 +362,21 @@ impl Design for MechanismDesign {
         own.emit_beside(at, impulse, &mut out);
     }
 
+    fn add_at_node(&self, k: usize, at: &Interval, [minus, plus]: [&mut [f64]; 2]) {
+        let (own, mut out) = (&self.parameters[k], Added { minus, plus, rows: &mut [] });
+        if let Some(masses) = &own.masses {
+            masses.emit(Place::Gauss(at, 1.0), &mut out);
+        }
+        own.emit_beside(Place::Gauss(at, 1.0), &[], &mut out);
+        if let Some(own) = &own.internal {
+            let [mut node, mut gauss] = [(); 2].map(|()| vec![0.0; at.dim()]);
+            own.add_at_node(&at.q0, &at.v_mid, &mut node);
+            own.add_at_gauss(&at.q0, &at.v_mid, &mut gauss);
+            node.iter_mut().zip(&gauss).for_each(|(node, gauss)| *node -= gauss); // emitted above
+            explicit::halves(at, &node, &mut out);
+        }
+    }
+
     fn add_internal(&self, k: usize, at: Place<'_>, out: &mut [f64]) {
         if let (Some(own), Place::Step(s)) = (&self.parameters[k].internal, at) {
             own.add_internal(s, out);
@@ -363,7 +384,7 @@ impl Design for MechanismDesign {
         let (s, weight) = match at {
             Place::Step(s) => (s, 1.0),
             Place::Gauss(s, weight) => (s, weight),
-            Place::Points(_) => return,
+            Place::Points(_) | Place::Strains(..) => return,
         };
         for own in &self.works {
             let [mut minus, mut plus] = [(); 2].map(|()| vec![0.0; s.q0.len()]);

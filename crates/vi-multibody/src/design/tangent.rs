@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
+use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
@@ -55,6 +56,11 @@ pub trait StepTangent: Send + Sync {
     fn add(&self, s: &Interval, of: Slot, out: &mut [f64]);
     /// `out ← out + (f − ∇V)_θ` at a node with a velocity, N, shape `n`.
     fn add_at_node(&self, q: &[f64], v: &[f64], out: &mut [f64]);
+    /// The same of what a Galerkin step evaluates at its Gauss nodes.
+    fn add_at_gauss(&self, q: &[f64], v: &[f64], out: &mut [f64]);
+    /// `out ← out +` the derivative of the impulse of interpolated strains on control point `i` of
+    /// a Galerkin step, N·s.
+    fn add_at_point(&self, step: &StepPolynomial<'_>, i: usize, out: &mut [f64]);
     /// `out ← out + (A v)_θ` of the mass `A` that steps `h` add there, shape `n`.
     fn add_added_momentum(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut [f64]);
     /// `out ← out + ζ_θ` of the internal variables `z_{n+1} = ζ`; shape of all of the system.

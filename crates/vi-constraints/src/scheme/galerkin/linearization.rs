@@ -36,6 +36,7 @@ pub struct GalerkinLinearization {
     blocks: Blocks,
     matrix: Option<(SparseMatrix, SparseLu)>,
     parts: Parts,
+    interpolates: bool, // strains, in the last step
     sources: Vec<Vec<f64>>,     // (s + 1) × n  w_s
     row_sources: Vec<Vec<f64>>, // s × m  g_s
     solution: Vec<f64>,         // s n, s r, then states of each Gauss node
@@ -55,6 +56,7 @@ impl GalerkinLinearization {
             blocks: Blocks::new(n, m, stages, SaddlePoint::new(n, rows.clone())),
             matrix: None,
             parts: Parts::new(n, m, stages),
+            interpolates: false,
             sources: vectors(s + 1, n),
             row_sources: vectors(s, m),
             solution: Vec::new(),
@@ -90,6 +92,7 @@ impl GalerkinLinearization {
         if self.blocks.differentiate(system, constraints, (points, p))? {
             self.matrix = None; // another pattern
         }
+        self.interpolates = system.interpolation().is_some();
         let Self { blocks, matrix, parts, .. } = self;
         parts.stand(&blocks.points);
         parts.stand_between(&blocks.points);
@@ -115,16 +118,20 @@ impl GalerkinLinearization {
     }
 
     /// How many parts the equations of a step have: its Gauss nodes, then the intervals between
-    /// its control points.
+    /// its control points, then these, where strains are interpolated.
     #[must_use]
     pub fn parts(&self) -> usize {
-        2 * self.stages()
+        let s = self.stages();
+        2 * s + if self.interpolates { s + 1 } else { 0 }
     }
 
     /// A part with the impulses of its constraints.
     #[must_use]
     pub fn part(&self, k: usize) -> (Place<'_>, &[f64]) {
-        self.parts.part(k, &self.blocks.impulses)
+        match k.checked_sub(2 * self.stages()) {
+            None => self.parts.part(k, &self.blocks.impulses),
+            Some(i) => (Place::Strains(self.blocks.points.polynomial(), i), self.parts.no_rows()),
+        }
     }
 
     /// No sources from now on.
@@ -137,6 +144,9 @@ impl GalerkinLinearization {
         let add = |to: &mut [f64], scale: f64, x: &[f64]| {
             to.iter_mut().zip(x).for_each(|(to, x)| *to += scale * x);
         };
+        if let Some(i) = k.checked_sub(2 * self.stages()) {
+            return add(&mut self.sources[i], 1.0, &of.plus);
+        }
         if let Some(i) = k.checked_sub(self.stages()) {
             add(&mut self.sources[i], 1.0, &of.minus);
             add(&mut self.row_sources[i], 1.0, &of.rows);
@@ -281,6 +291,9 @@ impl GalerkinLinearization {
     /// The costates of a part, found by the last [`GalerkinLinearization::pull`].
     #[must_use]
     pub fn costates(&self, k: usize) -> Costates<'_> {
-        self.parts.costates(k, &self.sigma)
+        match k.checked_sub(2 * self.stages()) {
+            None => self.parts.costates(k, &self.sigma),
+            Some(i) => self.parts.costates_of_point(&self.x[i]),
+        }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! What acts at a Gauss node is what a step whose ends have come together has, with the costates
 //! `momentum, −step = b_k Σ_i (E_ki ± ½ D_ki) x_i` ([`Place::Gauss`]); constraints are those of the
-//! intervals between neighbouring control points ([`Place::Points`]).
+//! intervals between neighbouring control points ([`Place::Points`]). Interpolated strains act on
+//! the control points, with `x_i` ([`Place::Strains`]).
 #![allow(non_snake_case)] // D, E
 
 use super::control_points::ControlPoints;
@@ -96,6 +97,18 @@ impl Parts {
             None => (Place::Gauss(&self.gauss[k], self.weights[k]), &self.none[1]),
             Some(i) => (Place::Points(&self.between[i]), &impulses[i]),
         }
+    }
+
+    /// No impulses of constraints, shape `m`.
+    #[must_use]
+    pub fn no_rows(&self) -> &[f64] {
+        &self.none[1]
+    }
+
+    /// The costates of interpolated strains on a control point, of whose equation they are `x`.
+    #[must_use]
+    pub fn costates_of_point<'a>(&'a self, x: &'a [f64]) -> Costates<'a> {
+        Costates::of_rows(&self.none[0], x, &self.none[1])
     }
 
     /// The costates of part `k`, with `σ_1 … σ_s`.

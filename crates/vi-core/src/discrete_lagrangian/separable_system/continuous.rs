@@ -143,6 +143,10 @@ impl StrainInterpolation for SeparableSystem {
         self.interpolations().map(|own| own.work(step)).sum()
     }
 
+    fn add_step_slope(&self, step: &StepPolynomial<'_>, i: usize, dh: f64, out: &mut [f64]) {
+        self.interpolations().for_each(|own| own.add_step_slope(step, i, dh, out));
+    }
+
     fn add_impulses(&self, step: &StepPolynomial<'_>, out: &mut [Vec<f64>]) {
         self.interpolations().for_each(|own| own.add_impulses(step, out));
     }
