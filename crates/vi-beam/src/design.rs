@@ -28,11 +28,11 @@ use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
 use nalgebra::{Matrix4, Matrix6, SMatrix, Vector6};
 use std::collections::BTreeMap;
-use vi_core::potential::DiscretePotential;
-use vi_core::{Configuration, Quadrature};
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
+use vi_core::potential::DiscretePotential;
+use vi_core::{Configuration, Quadrature};
 use vi_multibody::design::StepTangent;
 
 /// Part of `ω²` by which vibrations are the highest together, and of its change by which they
@@ -353,9 +353,8 @@ impl ElementsTangent {
         let mu = scaling(self.averaged.most, slowness, h);
         let bound = self.averaged.bound(own.index, internal);
         let lengths = [own.element.length, self.averaged.reach];
-        let tension = bound.map(|bound| {
-            tension_mass(Dual64::new(bound, own.bound), lengths, h, own.mass[(0, 0)])
-        });
+        let tension = bound
+            .map(|bound| tension_mass(Dual64::new(bound, own.bound), lengths, h, own.mass[(0, 0)]));
         (mu, tension)
     }
 

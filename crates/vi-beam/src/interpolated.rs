@@ -20,9 +20,9 @@
 
 use crate::averaged::AveragedStrains;
 use crate::damping::StrainDamping;
+use crate::small::times;
 use crate::strain::Strain;
 use crate::strained::Strained;
-use crate::small::times;
 use nalgebra::{DMatrix, Matrix6, Vector6};
 use vi_core::Number;
 use vi_core::galerkin::Stages;
@@ -36,11 +36,7 @@ fn strains(own: &Strained<'_>, step: &StepPolynomial<'_>) -> [Strain; Stages::MA
 }
 
 /// `Σ_l A_jl ε(q_l)`.
-pub(crate) fn row<T: Number>(
-    A: &DMatrix<f64>,
-    j: usize,
-    strains: &[Vector6<T>],
-) -> Vector6<T> {
+pub(crate) fn row<T: Number>(A: &DMatrix<f64>, j: usize, strains: &[Vector6<T>]) -> Vector6<T> {
     let weights = A.row(j);
     let parts = strains.iter().zip(weights.iter());
     parts.fold(Vector6::zeros(), |sum, (strain, weight)| sum + times(*weight, strain))

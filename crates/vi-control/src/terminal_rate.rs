@@ -332,7 +332,9 @@ impl NodeReader {
                 let out = (out, of_known);
                 let level = pull_level((mechanism, level), at, slopes, out, parameters);
                 match apart {
-                    Some(of_v) => level.and_then(|()| self.pull_velocity(at, &of_v, (q, p, z), parameters)),
+                    Some(of_v) => {
+                        level.and_then(|()| self.pull_velocity(at, &of_v, (q, p, z), parameters))
+                    }
                     None => level,
                 }
             }

@@ -63,7 +63,13 @@ pub trait DiscretePotential: Send + Sync {
     /// Emits `∂(A v)/∂q` of the added mass `A` of a step `h`, shape `n × n`.
     fn add_mass_slope(&self, _at: Configuration<'_>, _h: f64, _v: &[f64], _: &mut dyn Entries) {}
     /// Emits `∂(A v)/∂z`, columns of its own internal variables.
-    fn add_mass_by_internal(&self, _at: Configuration<'_>, _: f64, _v: &[f64], _: &mut dyn Entries) {
+    fn add_mass_by_internal(
+        &self,
+        _at: Configuration<'_>,
+        _: f64,
+        _v: &[f64],
+        _: &mut dyn Entries,
+    ) {
     }
     /// `out ← out + scale D_1 U_d`, shape `n`.
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]);

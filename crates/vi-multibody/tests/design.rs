@@ -487,7 +487,11 @@ fn velocities_of_nodes_have_their_derivatives() {
                     x.iter().zip(by).map(|(x, by)| x + e * by).collect()
                 };
                 let mut node = NodeVelocity::new(&moved, &rows, &[]).unwrap();
-                let v = node.find(&moved, NodeMass::Constant(&mass(&moved)), &state(&add(&q, dq), &add(&p, dp)));
+                let v = node.find(
+                    &moved,
+                    NodeMass::Constant(&mass(&moved)),
+                    &state(&add(&q, dq), &add(&p, dp)),
+                );
                 v.unwrap().to_vec()
             });
             // the transpose: c·δv̂ = q·δq + p·δp̄ + of the parameter

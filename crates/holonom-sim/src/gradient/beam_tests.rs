@@ -339,7 +339,8 @@ fn sections_change_galerkin_steps() {
     for (order, strain) in [(4, "averaged"), (6, "averaged"), (4, "midpoint")] {
         let element = if strain == "midpoint" { "mean_directors" } else { "helicoidal" };
         let element = format!("elements = 4\nelement = \"{element}\"");
-        let by = format!("end = 0.1, strain = \"{strain}\", method = \"galerkin\", order = {order} }}");
+        let by =
+            format!("end = 0.1, strain = \"{strain}\", method = \"galerkin\", order = {order} }}");
         let text = changed(CANTILEVER, &[("end = 0.1 }", &by), ("elements = 4", &element)]);
         check(&format!("{strain}, order {order}"), &text, 1e-8);
     }
@@ -350,9 +351,11 @@ fn sections_change_galerkin_steps() {
 #[test]
 fn velocities_of_beams_agree_with_differences() {
     let (mut worst, all) = (Worst::default(), Wanted::everything());
-    for (strain, element) in
-        [("mass_scaled", "helicoidal"), ("mass_scaled", "mean_directors"), ("dissipative", "helicoidal")]
-    {
+    for (strain, element) in [
+        ("mass_scaled", "helicoidal"),
+        ("mass_scaled", "mean_directors"),
+        ("dissipative", "helicoidal"),
+    ] {
         let text = soft(&loaded(&rod(strain, element)));
         for (sensor, part, at) in [
             ("type = \"velocity\"\nof = \"rod.2\"\n", "2", PATH),

@@ -117,13 +117,13 @@ pub struct NodeVelocity {
     saddle: SaddlePoint,
     moved: Vec<Moved>,
     added: Option<AddedMomentum>, // at the last node
-    x: Vec<f64>,  // n + r
-    v: Vec<f64>,  // n
-    mu: Vec<f64>, // m
-    w: Vec<f64>,  // n  of the last pull
-    nu: Vec<f64>, // m
-    a: Vec<f64>,  // n
-    b: Vec<f64>,  // m
+    x: Vec<f64>,                  // n + r
+    v: Vec<f64>,                  // n
+    mu: Vec<f64>,                 // m
+    w: Vec<f64>,                  // n  of the last pull
+    nu: Vec<f64>,                 // m
+    a: Vec<f64>,                  // n
+    b: Vec<f64>,                  // m
 }
 
 impl std::fmt::Debug for NodeVelocity {

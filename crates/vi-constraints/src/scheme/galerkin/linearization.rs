@@ -36,7 +36,7 @@ pub struct GalerkinLinearization {
     blocks: Blocks,
     matrix: Option<(SparseMatrix, SparseLu)>,
     parts: Parts,
-    interpolates: bool, // strains, in the last step
+    interpolates: bool,         // strains, in the last step
     sources: Vec<Vec<f64>>,     // (s + 1) × n  w_s
     row_sources: Vec<Vec<f64>>, // s × m  g_s
     solution: Vec<f64>,         // s n, s r, then states of each Gauss node

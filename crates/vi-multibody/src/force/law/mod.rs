@@ -20,6 +20,7 @@ mod place;
 mod relative;
 pub mod signals;
 mod target;
+mod turning;
 pub mod velocity;
 
 pub use evaluation::{Law, Reading};

@@ -32,7 +32,7 @@ type Columns = SMatrix<f64, FRAME, 6>;
 
 impl RelativeWrench {
     /// Along whose axes the components are.
-    fn carrier(&self) -> &ActsOn {
+    pub(super) fn carrier(&self) -> &ActsOn {
         match &self.base {
             ActsOn::Frame { axes: Some(_), .. } => &self.base,
             _ => &self.on,

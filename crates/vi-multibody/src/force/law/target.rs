@@ -9,6 +9,7 @@
 use super::input::Input;
 use super::place::Place;
 use super::relative::RelativeWrench;
+use super::turning::Turning;
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::acts_on::{ActsOn, Block12};
 use crate::force::bends::{Between, Pushes};
@@ -140,7 +141,7 @@ impl Target {
 
 /// The ends whose directions belong to `y`, each with whether a group of coordinates moves it, and
 /// by how much it moves what is at the middle.
-fn ends<'a>(
+pub(super) fn ends<'a>(
     at: Between<'a>,
     y: [&'a [f64]; 2],
     group: usize,
@@ -168,16 +169,6 @@ impl Target {
             let into = &mut Product { v: y, out: &mut *out };
             let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
             self.emit_turning(*place, *turns, scale, efforts, &mut along);
-        }
-    }
-
-    /// The coordinates that directions turn with.
-    fn coordinates(&self) -> Vec<usize> {
-        let of = |on: &ActsOn| on.offset()..on.offset() + on.size();
-        match self {
-            Self::Coordinate(_) | Self::Points(_) => Vec::new(),
-            Self::Member(on) => of(on).collect(),
-            Self::Relative(own) => of(&own.on).chain(of(&own.base)).collect(),
         }
     }
 }
@@ -222,38 +213,14 @@ impl Pushes for Target {
                 let part = at.parts(i)[0] * at.parts(j)[0];
                 form.emit_congruence(&(-scale * part * efforts[0] * both), out);
             }
-            Self::Member(_) | Self::Relative(_) => {
-                if matches!(at, Between::Node { .. }) && i + j > 0 {
-                    return;
-                }
-                // ∂_i a is a polynomial of degree 2 in the coordinates, of which half the
-                // difference from one side to the other is the derivative
-                let (mut row, ends) = (vec![0.0; y[0].len()], ends(at, y, i));
-                for column in self.coordinates() {
-                    row.fill(0.0);
-                    for by in [1.0, -1.0] {
-                        let moved: Vec<[Vec<f64>; 2]> = (0..ends.len())
-                            .map(|end| {
-                                let (place, ..) = ends[end];
-                                let [mut own, mut mid] = [place.own.to_vec(), place.mid.to_vec()];
-                                mid[column] += by * at.parts(j)[0];
-                                if end == j {
-                                    own[column] += by;
-                                }
-                                [own, mid]
-                            })
-                            .collect();
-                        let moved: Vec<(Place<'_>, &[f64], (f64, bool))> = moved
-                            .iter()
-                            .zip(&ends)
-                            .map(|([own, mid], (_, y, turns))| (Place { own, mid }, *y, *turns))
-                            .collect();
-                        self.add_slope_along(&moved, (efforts, 0.5 * by * scale), &mut row);
-                    }
-                    for (i, value) in row.iter().enumerate().filter(|(_, value)| **value != 0.0) {
-                        out.add(i, column, *value);
-                    }
-                }
+            Self::Member(on) => {
+                let efforts = std::array::from_fn(|k| efforts[k]);
+                Turning { on, base: None, carrier: on, efforts }.emit(at, y, scale, [i, j], out);
+            }
+            Self::Relative(own) => {
+                let efforts = std::array::from_fn(|k| efforts[k]);
+                let (on, base, carrier) = (&own.on, Some(&own.base), own.carrier());
+                Turning { on, base, carrier, efforts }.emit(at, y, scale, [i, j], out);
             }
         }
     }
