@@ -111,6 +111,9 @@ impl Chain<'_> {
                 add("damper", own.freedom, Arc::new(move |_, _, rate| -slope * rate));
             }
         }
+        for (part, freedom, by) in self.resistances(k) {
+            add(part, freedom, by);
+        }
         if let Some(own) = &joint.motor {
             self.motor(&key, own, &mut |freedom, by| add("motor", freedom, by))?;
         }

@@ -10,6 +10,7 @@
 //! changes has a tensor that is not diagonal in them.
 
 mod beams;
+mod contacts;
 mod forces;
 mod formulas;
 mod geometry;
@@ -132,7 +133,7 @@ pub(crate) fn of_sensor(key: &str) -> Option<&str> {
 }
 
 /// Whether a key is of pictures, or of shapes that touch others: with a rigid contact a run has no
-/// derivative, with a compliant one none by a parameter.
+/// derivative, and those of compliant ones were refused before.
 fn is_drawn(key: &str) -> bool {
     let mut parts = key.split('.');
     let member = matches!(parts.next(), Some("body" | "particle"));
@@ -154,12 +155,6 @@ pub(crate) fn tangents_of(
     let moving = |own: &&ParameterTangent| wanted(&own.name) && !own.is_idle();
     let curves = Curves::new(model);
     let one = |own| tangent((&stated, model, &curves), (system, &counts), own);
-    let compliant = model.contacts.iter().find(|contact| !contact.is_rigid());
-    if let Some((contact, parameter)) = compliant.zip(parameters.iter().find(moving)) {
-        let (key, name) = (format!("contact.{}.model", contact.name), &parameter.name);
-        let what = format!("the derivative by `{name}` of a model with compliant contacts");
-        return Err(refused(&key, what, LEAVE_OUT));
-    }
     parameters.iter().filter(moving).map(one).collect()
 }
 
@@ -216,6 +211,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found)?;
+        self.contacts(&mut found.numbers)?;
         self.beams(&mut found)?;
         self.expressions(&mut found)?;
         self.sensors(&mut found);

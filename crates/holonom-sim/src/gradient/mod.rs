@@ -12,6 +12,8 @@ mod beam_models;
 mod beam_tests;
 mod check;
 #[cfg(test)]
+mod contact_tests;
+#[cfg(test)]
 mod expression_tests;
 #[cfg(test)]
 mod force_models;

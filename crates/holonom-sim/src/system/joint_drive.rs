@@ -91,7 +91,7 @@ pub(crate) fn joint_parts(joint: &holonom_model::Joint) -> Vec<(&'static str, us
 }
 
 /// The elastic stops of a joint.
-fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
+pub(crate) fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
     let (limits, bumper) = (joint.limits?.table(), joint.bumper?);
     let (lower, upper, stiffness) = (limits.lower, limits.upper, bumper.stiffness);
     let law = Bumper { lower, upper, stiffness, damping: bumper.damping };
@@ -99,7 +99,7 @@ fn bumper(joint: &holonom_model::Joint) -> Option<(usize, Bumper)> {
 }
 
 /// The smooth friction of a joint.
-fn friction(joint: &holonom_model::Joint) -> Option<(usize, StribeckFriction)> {
+pub(crate) fn friction(joint: &holonom_model::Joint) -> Option<(usize, StribeckFriction)> {
     let friction = joint.friction?;
     let course = stribeck(&friction.model?.course());
     Some((friction.freedom, StribeckFriction { effort: friction.effort(), course }))

@@ -48,6 +48,32 @@ pub struct CompliantLaw {
     pub friction: Option<(f64, Stribeck)>,
 }
 
+impl CompliantLaw {
+    /// `k δ^p` and its slope of an overlap.
+    fn elastic(&self, depth: f64) -> [f64; 2] {
+        let Self { stiffness, exponent: p, .. } = *self;
+        [stiffness * libm::pow(depth, p), stiffness * p * libm::pow(depth, p - 1.0)]
+    }
+
+    /// The same as the numbers of the law change by those of `by`.
+    /// ```text
+    /// (k δ^p)_θ = (k_θ + k ln δ p_θ) δ^p
+    /// ```
+    pub(super) fn elastic_change(&self, by: &Self, depth: f64) -> [f64; 2] {
+        let Self { stiffness: k, exponent: p, .. } = *self;
+        let factor = by.stiffness + k * libm::log(depth) * by.exponent;
+        let (power, less) = (libm::pow(depth, p), libm::pow(depth, p - 1.0));
+        [factor * power, (factor * p + k * by.exponent) * less]
+    }
+
+    /// `V_θ`.
+    pub(super) fn energy_change(&self, by: &Self, depth: f64) -> f64 {
+        let (k, p) = (self.stiffness, self.exponent + 1.0);
+        let factor = by.stiffness + k * by.exponent * (libm::log(depth) - 1.0 / p);
+        factor * libm::pow(depth, p) / p
+    }
+}
+
 /// Two shapes that touch with a compliance.
 #[derive(Clone, Debug)]
 pub struct CompliantContact {
@@ -192,11 +218,10 @@ impl CompliantContact {
         frames: [[T; FRAME]; 2],
         rates: [[T; FRAME]; 2],
     ) -> (Vector3<T>, Vector3<T>, T) {
-        let CompliantLaw { stiffness, exponent: p, dissipation, friction } = self.law;
+        let CompliantLaw { dissipation, friction, .. } = self.law;
         let ContactPoint { gap, normal, .. } = self.at(feature, frames);
-        let depth = -Number::real(gap);
-        let slope = -stiffness * p * libm::pow(depth, p - 1.0);
-        let elastic = lifted(gap, stiffness * libm::pow(depth, p), slope);
+        let [value, slope] = self.law.elastic(-Number::real(gap));
+        let elastic = lifted(gap, value, -slope);
         let v = self.relative(feature, frames, rates);
         let approach = -normal.dot(&v);
         let damping = elastic * (approach * T::of(dissipation)).max(T::of(-1.0)); // F_D
@@ -209,6 +234,48 @@ impl CompliantContact {
             force -= across * (pressed * T::of(mu) * course.over_velocity(slip)); // F_T
         }
         (normal * elastic, force, slip)
+    }
+
+    /// The overlaps of the features that touch, m.
+    pub(super) fn depths<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        self.closed(q).map(|(_, gap)| -gap)
+    }
+
+    /// `out ← out + scale f_θ`, the change of the force without the potential with the numbers of
+    /// the law.
+    pub(super) fn add_force_change(
+        &self,
+        by: &CompliantLaw,
+        [q, v]: [&[f64]; 2],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        let CompliantLaw { dissipation, friction, .. } = self.law;
+        let (frames, rates) = (self.own(q, |_, x| x), self.rates(v, |_, x| x));
+        for (feature, gap) in self.closed(q) {
+            let normal = self.at(feature, frames).normal;
+            let elastic = self.law.elastic(-gap)[0];
+            let changed = self.law.elastic_change(by, -gap)[0];
+            let v = self.relative(feature, frames, rates);
+            let approach = -normal.dot(&v);
+            let damped = (approach * dissipation).max(-1.0);
+            let faster = if damped > -1.0 { approach * by.dissipation } else { 0.0 };
+            let damping = changed * damped + elastic * faster; // F_D,θ
+            let mut force = normal * damping;
+            if let (Some((mu, course)), Some((by_mu, by_course))) = (friction, by.friction) {
+                let across = v - normal * (normal.dot(&v) / normal.norm_squared());
+                let slip = across.norm();
+                let pressed = elastic + elastic * damped; // F_N
+                let limit = by_mu * pressed + mu * (changed + damping);
+                let turned = course.change_over_velocity(&by_course, slip);
+                force -= across * (limit * course.over_velocity(slip) + mu * pressed * turned);
+            }
+            for (k, own) in self.spread(feature, frames, force).into_iter().enumerate() {
+                if let Some(place) = self.place(k) {
+                    out[place] += scale * own;
+                }
+            }
+        }
     }
 
     /// `ϱ` of both bodies.
@@ -244,6 +311,16 @@ impl CompliantContact {
         rates: [[T; FRAME]; 2],
     ) -> [T; BOTH] {
         let (_, force, _) = self.force(feature, frames, rates);
+        self.spread(feature, frames, force)
+    }
+
+    /// A force on B in space by its own coordinates.
+    fn spread<T: Number>(
+        &self,
+        feature: u32,
+        frames: [[T; FRAME]; 2],
+        force: Vector3<T>,
+    ) -> [T; BOTH] {
         let arms = self.arms(feature, frames);
         std::array::from_fn(|k| {
             let (side, i) = (k / FRAME, k % FRAME);
@@ -308,9 +385,25 @@ impl Potential for CompliantContact {
     }
 
     fn add_gradient(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        let CompliantLaw { stiffness, exponent, .. } = self.law;
+        self.add_gradient_by(q, |depth| self.law.elastic(depth)[0], scale, out);
+    }
+
+    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
+        self.add_hessian_by(q, |depth| self.law.elastic(depth), scale, out);
+    }
+}
+
+impl CompliantContact {
+    /// `out ← out + scale ∇V` by the force of an overlap.
+    pub(super) fn add_gradient_by(
+        &self,
+        q: &[f64],
+        force: impl Fn(f64) -> f64,
+        scale: f64,
+        out: &mut [f64],
+    ) {
         for (feature, gap) in self.closed(q) {
-            let force = scale * stiffness * libm::pow(-gap, exponent);
+            let force = scale * force(-gap);
             for (k, slope) in self.gradient(feature, q).into_iter().enumerate() {
                 if let Some(place) = self.place(k) {
                     out[place] -= force * slope;
@@ -319,11 +412,16 @@ impl Potential for CompliantContact {
         }
     }
 
-    fn add_hessian(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        let CompliantLaw { stiffness, exponent: p, .. } = self.law;
+    /// Emits `scale ∇²V` by the force of an overlap and its slope.
+    pub(super) fn add_hessian_by(
+        &self,
+        q: &[f64],
+        elastic: impl Fn(f64) -> [f64; 2],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
         let add = |feature: u32, gap: f64, block: &mut [[f64; BOTH]; BOTH]| {
-            let force = stiffness * libm::pow(-gap, p);
-            let slope = stiffness * p * libm::pow(-gap, p - 1.0);
+            let [force, slope] = elastic(-gap);
             let first = self.gradient(feature, q);
             for (j, _) in self.places() {
                 for (i, _) in self.places().take_while(|(i, _)| *i <= j) {
@@ -398,6 +496,7 @@ impl Force for CompliantContact {
 
 #[cfg(test)]
 mod tests {
+    use super::super::compliant_change::CompliantChange;
     use super::*;
     use nalgebra::{DMatrix, Rotation3};
     use vi_core::force::MidpointForce;
@@ -456,6 +555,80 @@ mod tests {
         let q1 =
             [body([0.12, 0.2, -0.28], [0.4, -0.5, 0.1]), body([0.3, 0.3, 0.37], [0.2, 0.1, 0.9])];
         Interval::between(0.4, 0.1, &q0.concat(), &q1.concat())
+    }
+
+    /// By the numbers of the law, against differences of it.
+    #[test]
+    fn changes_of_the_law_against_central_differences() {
+        let s = step();
+        let course =
+            Stribeck { transition_velocity: 0.3, static_ratio: -0.2, stribeck_velocity: 0.4 };
+        let by = CompliantLaw {
+            stiffness: 7.0,
+            exponent: 0.3,
+            dissipation: -0.4,
+            friction: Some((0.6, course)),
+        };
+        let moved = |e: f64| {
+            let (mu, own) = LAW.friction.unwrap();
+            let own = Stribeck {
+                transition_velocity: own.transition_velocity + e * course.transition_velocity,
+                static_ratio: own.static_ratio + e * course.static_ratio,
+                stribeck_velocity: own.stribeck_velocity + e * course.stribeck_velocity,
+            };
+            CompliantLaw {
+                stiffness: LAW.stiffness + e * by.stiffness,
+                exponent: LAW.exponent + e * by.exponent,
+                dissipation: LAW.dissipation + e * by.dissipation,
+                friction: Some((mu + e * 0.6, own)),
+            }
+        };
+        let mut worst = 0.0_f64;
+        for (name, contact) in contacts() {
+            let all = |own: &dyn Fn(&mut [f64]), value: f64| {
+                let mut out = vec![0.0; 24];
+                own(&mut out);
+                out.push(value);
+                out
+            };
+            let of = |e: f64, scale: f64| {
+                let own = CompliantContact { law: moved(e), ..contact.clone() };
+                let fill = |out: &mut [f64]| {
+                    own.add_gradient(&s.q_mid, scale, out);
+                    own.add(0.0, &s.q_mid, &s.v_mid, 1.0, out);
+                };
+                all(&fill, own.value(&s.q_mid))
+            };
+            let change = CompliantChange { contact: contact.clone(), by };
+            for scale in [0.0, -1.0] {
+                let fill = |out: &mut [f64]| {
+                    change.add_gradient(&s.q_mid, scale, out);
+                    change.add(0.0, &s.q_mid, &s.v_mid, 1.0, out);
+                };
+                let exact = all(&fill, change.value(&s.q_mid));
+                let e = 1e-5;
+                let (plus, minus) = (of(e, scale), of(-e, scale));
+                let size = exact.iter().fold(1.0, |size: f64, x| size.max(x.abs()));
+                for (own, (plus, minus)) in exact.iter().zip(plus.iter().zip(&minus)) {
+                    let off = ((plus - minus) / (2.0 * e) - own).abs() / size;
+                    worst = worst.max(off);
+                    assert!(off < 1e-8, "{name}: off by {off:e}");
+                }
+            }
+            let mut hessian = DMatrix::zeros(24, 24);
+            change.add_hessian(&s.q_mid, 1.0, &mut hessian);
+            let at = |e: f64| {
+                let own = CompliantContact { law: moved(e), ..contact.clone() };
+                let mut out = DMatrix::zeros(24, 24);
+                own.add_hessian(&s.q_mid, 1.0, &mut out);
+                out
+            };
+            let e = 1e-5;
+            let other = (at(e) - at(-e)) / (2.0 * e);
+            let off = (&other - &hessian).amax() / other.amax();
+            assert!(off < 1e-7, "{name}, stiffness: off by {off:e}");
+        }
+        println!("changes off by {worst:.1e}");
     }
 
     #[test]

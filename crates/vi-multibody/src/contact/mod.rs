@@ -1,6 +1,7 @@
 //! Joint stops, dry friction of joints, contacts of shapes by impulses or forces, in a mechanism.
 
 mod broad_phase;
+pub mod compliant_change;
 pub mod compliant_contact;
 pub mod joint_friction;
 pub mod joint_stop;

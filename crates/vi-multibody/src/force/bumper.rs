@@ -7,35 +7,42 @@
 //! Steps are to resolve the contact: a twentieth of `π√(M/k)` or less.
 
 use crate::joint_force::JointLaw;
+use vi_core::Number;
 use vi_core::coordinate_force::EffortSlopes;
 
 /// Bumpers at the limits of a coordinate, m or rad.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Bumper {
+pub struct Bumper<T = f64> {
     /// The lower limit `a`.
-    pub lower: Option<f64>,
+    pub lower: Option<T>,
     /// The upper limit `b`.
-    pub upper: Option<f64>,
+    pub upper: Option<T>,
     /// `k`, N/m or N·m/rad.
-    pub stiffness: f64,
+    pub stiffness: T,
     /// `c`, N·s/m or N·m·s/rad.
-    pub damping: f64,
+    pub damping: T,
 }
 
-impl Bumper {
+impl<T: Number> Bumper<T> {
     /// The direction in which a bumper pushes, and `F > 0`.
-    fn push(&self, coordinate: f64, rate: f64) -> Option<(f64, f64)> {
-        let below = self.lower.map(|lower| (1.0, lower - coordinate));
-        let above = self.upper.map(|upper| (-1.0, coordinate - upper));
-        let (sign, depth) = below.into_iter().chain(above).find(|(_, depth)| *depth > 0.0)?;
-        let force = self.stiffness * depth - self.damping * sign * rate;
-        (force > 0.0).then_some((sign, force))
+    fn push(&self, coordinate: f64, rate: f64) -> Option<(f64, T)> {
+        let below = self.lower.map(|lower| (1.0, lower - T::of(coordinate)));
+        let above = self.upper.map(|upper| (-1.0, T::of(coordinate) - upper));
+        let mut both = below.into_iter().chain(above);
+        let (sign, depth) = both.find(|(_, depth)| Number::real(*depth) > 0.0)?;
+        let force = self.stiffness * depth - self.damping * T::of(sign) * T::of(rate);
+        (Number::real(force) > 0.0).then_some((sign, force))
+    }
+
+    /// `τ`.
+    pub fn effort_at(&self, coordinate: f64, rate: f64) -> T {
+        self.push(coordinate, rate).map_or_else(|| T::of(0.0), |(sign, force)| T::of(sign) * force)
     }
 }
 
 impl JointLaw for Bumper {
     fn effort(&self, _t: f64, coordinate: f64, rate: f64) -> f64 {
-        self.push(coordinate, rate).map_or(0.0, |(sign, force)| sign * force)
+        self.effort_at(coordinate, rate)
     }
     fn slopes(&self, _t: f64, coordinate: f64, rate: f64) -> EffortSlopes {
         match self.push(coordinate, rate) {

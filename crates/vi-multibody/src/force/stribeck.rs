@@ -35,6 +35,12 @@ impl Stribeck {
         [(1.0 + peak) * rise, slope]
     }
 
+    /// `χ`.
+    #[must_use]
+    pub fn value(&self, v: f64) -> f64 {
+        self.at(v)[0]
+    }
+
     /// `χ''`.
     fn bend(&self, v: f64) -> f64 {
         let Self { transition_velocity: v_t, static_ratio: r, stribeck_velocity: v_s } = *self;
@@ -44,6 +50,33 @@ impl Stribeck {
         (4.0 * y * y - 2.0) / (v_s * v_s) * peak * rise
             - 4.0 * y / v_s * peak * steep
             - 2.0 * (1.0 + peak) * rise * steep / v_t
+    }
+
+    /// `χ_θ` where its numbers change by those of `by`.
+    /// ```text
+    /// χ_r = exp(−y²) tanh x,   χ_{v_t} = −[1 + (r − 1) exp(−y²)] (1 − tanh² x) x/v_t,
+    /// χ_{v_s} = (r − 1) exp(−y²) 2y²/v_s tanh x                          x = v/v_t, y = v/v_s
+    /// ```
+    #[must_use]
+    pub fn change(&self, by: &Self, v: f64) -> f64 {
+        let Self { transition_velocity: v_t, static_ratio: r, stribeck_velocity: v_s } = *self;
+        let (x, y) = (v / v_t, v / v_s);
+        let (rise, bell) = (libm::tanh(x), libm::exp(-y * y));
+        let by_ratio = bell * rise;
+        let by_transition = -(1.0 + (r - 1.0) * bell) * (1.0 - rise * rise) * x / v_t;
+        let by_peak = (r - 1.0) * bell * 2.0 * y * y / v_s * rise;
+        by.static_ratio * by_ratio
+            + by.transition_velocity * by_transition
+            + by.stribeck_velocity * by_peak
+    }
+
+    /// `χ_θ(v)/v` of a velocity that is not negative.
+    pub(crate) fn change_over_velocity(&self, by: &Self, v: f64) -> f64 {
+        let Self { transition_velocity: v_t, static_ratio: r, .. } = *self;
+        match v > 0.0 {
+            true => self.change(by, v) / v,
+            false => by.static_ratio / v_t - by.transition_velocity * r / (v_t * v_t),
+        }
     }
 
     /// `χ(v)/v` of a velocity that is not negative.
@@ -100,6 +133,26 @@ mod tests {
         assert_eq!(COURSE.at(-2.0)[0], -1.0);
         let friction = StribeckFriction { effort: 3.0, course: COURSE };
         assert_eq!([2.0, -2.0].map(|rate| friction.effort(0.0, 0.7, rate)), [-3.0, 3.0]);
+    }
+
+    #[test]
+    fn changes_are_the_differences_by_its_numbers() {
+        let by = Stribeck { transition_velocity: 0.7, static_ratio: -0.4, stribeck_velocity: 1.9 };
+        let moved = |e: f64| Stribeck {
+            transition_velocity: COURSE.transition_velocity + e * by.transition_velocity,
+            static_ratio: COURSE.static_ratio + e * by.static_ratio,
+            stribeck_velocity: COURSE.stribeck_velocity + e * by.stribeck_velocity,
+        };
+        for v in [0.0, 3e-3, -0.02, 0.05, 0.3] {
+            let e = 1e-6;
+            let slope = (moved(e).at(v)[0] - moved(-e).at(v)[0]) / (2.0 * e);
+            let off = (slope - COURSE.change(&by, v)).abs();
+            assert!(off < 1e-6 * slope.abs().max(1.0), "{v}: off by {off:e}");
+            let over = |own: Stribeck| own.over_velocity(v.abs());
+            let slope = (over(moved(e)) - over(moved(-e))) / (2.0 * e);
+            let off = (slope - COURSE.change_over_velocity(&by, v.abs())).abs();
+            assert!(off < 1e-6 * slope.abs().max(1.0), "{v}, over v: off by {off:e}");
+        }
     }
 
     #[test]
