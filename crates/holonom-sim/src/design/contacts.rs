@@ -2,7 +2,7 @@
 //!
 //! Shapes that touch do not change: a parameter that enters one is refused.
 
-use super::{Chain, LEAVE_OUT, refused};
+use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system::joint_drive::{bumper, friction};
 use holonom_model::{Contact, ContactModel, Limits, ModelError};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use vi_core::num_dual::Dual64;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::contact::compliant_change::CompliantChange;
 use vi_multibody::contact::compliant_contact::CompliantLaw;
-use vi_multibody::design::{EffortTangent, MechanismTangent};
+use vi_multibody::design::EffortTangent;
 use vi_multibody::stribeck::Stribeck;
 
 impl Chain<'_> {
@@ -77,8 +77,9 @@ impl Chain<'_> {
     ///
     /// # Errors
     /// [`ModelError`] where a shape or a plane changes.
-    pub(super) fn contacts(&self, out: &mut MechanismTangent) -> Result<(), ModelError> {
-        for origin in &self.system.contacts {
+    pub(super) fn contacts(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
+        let out = &mut found.numbers;
+        for (k, origin) in self.system.contacts.iter().enumerate() {
             let (Some(contact), Some(shapes)) = (origin.compliant(), origin.shapes()) else {
                 continue;
             };
@@ -88,6 +89,7 @@ impl Chain<'_> {
             [sides.a, sides.b].into_iter().try_for_each(|name| self.keeps_shape(name))?;
             self.keeps_plane(stated)?;
             let Some(by) = self.contact_law(stated, contact.law()) else { continue };
+            found.contacts.push((k, by));
             let change = CompliantChange { contact: (**contact).clone(), by };
             let quadrature = self.system.dynamics.quadrature;
             out.potentials.push(Arc::from(quadrature.discretize(change.clone())));

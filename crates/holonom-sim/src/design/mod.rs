@@ -33,6 +33,7 @@ use vi_beam::design::ElementsTangent;
 use vi_core::SparseMatrix;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ForceElements;
+use vi_multibody::contact::compliant_contact::CompliantLaw;
 use vi_multibody::design::{EffortTangent, MechanismDesign, MechanismTangent};
 use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
@@ -64,6 +65,8 @@ pub struct ModelTangent {
     pub acting: ForceElements,
     /// Elements of beams.
     pub(crate) elements: Option<Arc<ElementsTangent>>,
+    /// Laws of compliant contacts, by their places among the contacts of the system.
+    pub(crate) contacts: Vec<(usize, CompliantLaw)>,
     /// Loads along beams that come to the others, in space or along the axes of the beam.
     pub(crate) along_beams: Vec<holonom_model::Load>,
 }
@@ -211,7 +214,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found)?;
-        self.contacts(&mut found.numbers)?;
+        self.contacts(&mut found)?;
         self.beams(&mut found)?;
         self.expressions(&mut found)?;
         self.sensors(&mut found);

@@ -1,6 +1,9 @@
 //! Gradients by the numbers of compliant contacts, elastic stops and smooth friction against central
 //! differences of whole runs, and what is refused.
 
+use super::Wanted;
+use super::force_models::without_objectives;
+use super::force_tests::{PATH, Worst, sensing};
 use super::tests::found;
 
 /// A pendulum with smooth friction that swings against an elastic stop.
@@ -173,6 +176,35 @@ fn laws_of_contacts_change_balls() {
     let text = changed(BALLS, "-9.81] }", "\"= gravity\"] }");
     check(&text, 1e-6);
     check(&changed(&text, "end = 0.2", "end = 0.2, quadrature = \"trapezoidal\""), 1e-6);
+}
+
+/// The number is that of the sensor, its derivatives are those of whole runs, forward as backward.
+#[test]
+fn forces_and_gaps_of_contacts_agree_with_differences() {
+    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    let text = without_objectives(&changed(BALLS, "end = 0.2", "end = 0.05"));
+    for (sensor, part, at) in [
+        ("type = \"contact_force\"\nof = \"floor\"\n", "2", PATH),
+        ("type = \"contact_force\"\nof = \"ball\"\n", "0", PATH),
+        ("type = \"contact_force\"\nof = \"each other\"\n", "0", PATH),
+        ("type = \"gap\"\nof = \"floor\"\n", "", PATH),
+        ("type = \"gap\"\nof = \"each other\"\n", "", ""),
+    ] {
+        let text = sensing(&text, sensor, part, at);
+        worst.compare_within(&format!("{sensor} {part} {at}"), &text, &all, 1e-6);
+    }
+}
+
+#[test]
+fn impulses_of_contacts_are_refused_with_a_remedy() {
+    let (model, end) =
+        (BALLS.find("[contact.model]").unwrap(), BALLS.find("[[contact]]\nname = \"each").unwrap());
+    let text = format!("{}{}", &BALLS[..model], &BALLS[end..]);
+    let text = changed(&without_objectives(&text), "friction = \"= friction\"\n", "");
+    let sensor = "type = \"contact_force\"\nof = \"floor\"\n";
+    let error = found(&sensing(&text, sensor, "2", ""), false).unwrap_err().to_string();
+    println!("{error}");
+    assert!(error.contains("jump") && error.contains("seen"), "{error}");
 }
 
 #[test]

@@ -9,6 +9,7 @@
 //! | `acting` | efforts of what acts along joints, between points and by laws; powers |
 //! | `forces` | reactions, tensions, efforts of constraints; accelerations |
 //! | `work` | works of what acts |
+//! | `contact` | forces and gaps of compliant contacts |
 //! | `section` | strains and section forces of beams |
 //! | `signal` | what expressions read of signals |
 //! | `expressed` | expressions of these |
@@ -20,6 +21,7 @@
 mod acting;
 mod ball;
 pub(crate) mod configuration;
+mod contact;
 pub(crate) mod counted;
 mod expressed;
 pub(crate) mod forces;
@@ -70,7 +72,8 @@ impl Shown {
             return Ok(Self::Node(own));
         }
         let asked = Asked { model, system: &*system, key, of, tangents };
-        for of_sensor in [section::of_sensor, work::of_sensor, ball::of_sensor] {
+        let others = [section::of_sensor, contact::of_sensor, work::of_sensor, ball::of_sensor];
+        for of_sensor in others {
             if let Some(own) = of_sensor(asked)? {
                 return Ok(Self::Node(own));
             }
@@ -204,12 +207,12 @@ pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
         SensorKind::Power => {
             "take the effort and a rate, and multiply them in a sensor of type \"expression\""
         }
-        SensorKind::Gap
-        | SensorKind::Clearance
-        | SensorKind::ContactForce
-        | SensorKind::StopForce
-        | SensorKind::FrictionTorque
-        | SensorKind::Slip => "take a distance of points, or a joint coordinate",
+        SensorKind::Gap | SensorKind::Clearance | SensorKind::ContactForce | SensorKind::Slip => {
+            "take a distance of points, or the force or gap of a contact with a `model`"
+        }
+        SensorKind::StopForce | SensorKind::FrictionTorque => {
+            "give the joint a `bumper`, or its friction a `model`, and take the effort"
+        }
         _ => {
             "take a position, an orientation, a distance of points, a joint coordinate, one of \
              their rates, an angular velocity, an effort, or an expression of these"

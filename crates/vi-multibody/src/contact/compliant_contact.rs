@@ -250,32 +250,87 @@ impl CompliantContact {
         scale: f64,
         out: &mut [f64],
     ) {
-        let CompliantLaw { dissipation, friction, .. } = self.law;
-        let (frames, rates) = (self.own(q, |_, x| x), self.rates(v, |_, x| x));
+        let frames = self.own(q, |_, x| x);
         for (feature, gap) in self.closed(q) {
-            let normal = self.at(feature, frames).normal;
-            let elastic = self.law.elastic(-gap)[0];
-            let changed = self.law.elastic_change(by, -gap)[0];
-            let v = self.relative(feature, frames, rates);
-            let approach = -normal.dot(&v);
-            let damped = (approach * dissipation).max(-1.0);
-            let faster = if damped > -1.0 { approach * by.dissipation } else { 0.0 };
-            let damping = changed * damped + elastic * faster; // F_D,θ
-            let mut force = normal * damping;
-            if let (Some((mu, course)), Some((by_mu, by_course))) = (friction, by.friction) {
-                let across = v - normal * (normal.dot(&v) / normal.norm_squared());
-                let slip = across.norm();
-                let pressed = elastic + elastic * damped; // F_N
-                let limit = by_mu * pressed + mu * (changed + damping);
-                let turned = course.change_over_velocity(&by_course, slip);
-                force -= across * (limit * course.over_velocity(slip) + mu * pressed * turned);
-            }
+            let [_, force] = self.changed(by, (feature, gap), [q, v]);
             for (k, own) in self.spread(feature, frames, force).into_iter().enumerate() {
                 if let Some(place) = self.place(k) {
                     out[place] += scale * own;
                 }
             }
         }
+    }
+
+    /// The changes of the force of the potential and of all other force on B in space.
+    fn changed(
+        &self,
+        by: &CompliantLaw,
+        (feature, gap): (u32, f64),
+        [q, v]: [&[f64]; 2],
+    ) -> [Vector3<f64>; 2] {
+        let CompliantLaw { dissipation, friction, .. } = self.law;
+        let (frames, rates) = (self.own(q, |_, x| x), self.rates(v, |_, x| x));
+        let normal = self.at(feature, frames).normal;
+        let elastic = self.law.elastic(-gap)[0];
+        let changed = self.law.elastic_change(by, -gap)[0];
+        let v = self.relative(feature, frames, rates);
+        let approach = -normal.dot(&v);
+        let damped = (approach * dissipation).max(-1.0);
+        let faster = if damped > -1.0 { approach * by.dissipation } else { 0.0 };
+        let damping = changed * damped + elastic * faster; // F_D,θ
+        let mut force = normal * damping;
+        if let (Some((mu, course)), Some((by_mu, by_course))) = (friction, by.friction) {
+            let across = v - normal * (normal.dot(&v) / normal.norm_squared());
+            let slip = across.norm();
+            let pressed = elastic + elastic * damped; // F_N
+            let limit = by_mu * pressed + mu * (changed + damping);
+            let turned = course.change_over_velocity(&by_course, slip);
+            force -= across * (limit * course.over_velocity(slip) + mu * pressed * turned);
+        }
+        [normal * changed, force]
+    }
+
+    /// The force on B in space, N.
+    #[must_use]
+    pub fn total_force(&self, q: &[f64], v: &[f64]) -> Vector3<f64> {
+        self.forces(q, v).map(|own| own.force).sum()
+    }
+
+    /// Its change with the numbers of the law.
+    #[must_use]
+    pub fn total_force_change(&self, by: &CompliantLaw, q: &[f64], v: &[f64]) -> Vector3<f64> {
+        self.closed(q).map(|own| self.changed(by, own, [q, v]).iter().sum::<Vector3<f64>>()).sum()
+    }
+
+    /// Adds `∂/∂q` and `∂/∂v` of the component of [`CompliantContact::total_force`] along a vector,
+    /// shape `n` each.
+    pub fn add_force_slopes(
+        &self,
+        [q, v]: [&[f64]; 2],
+        direction: &Vector3<f64>,
+        [by_q, by_v]: [&mut [f64]; 2],
+    ) {
+        let still = (self.own(q, |_, x| Dual64::of(x)), self.rates(v, |_, x| Dual64::of(x)));
+        for (feature, _) in self.closed(q) {
+            let component = |frames, rates| {
+                let (elastic, other, _) = self.force(feature, frames, rates);
+                (elastic + other).map(|own: Dual64| own.eps).dot(direction)
+            };
+            for (k, place) in self.places() {
+                by_q[place] += component(self.own(q, along(k)), still.1);
+                by_v[place] += component(still.0, self.rates(v, along(k)));
+            }
+        }
+    }
+
+    /// `out ← out + scale` times the gradient of [`CompliantContact::smallest_gap`], that of the
+    /// feature that has it.
+    pub fn add_gap_slope(&self, q: &[f64], scale: f64, out: &mut [f64]) {
+        let [a, b] = self.pair.shapes();
+        let gaps = lasting(a, b).map(|feature| (feature, self.gap(feature, q)));
+        let Some((feature, _)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        let slopes = self.gradient(feature, q);
+        self.places().for_each(|(k, place)| out[place] += scale * slopes[k]);
     }
 
     /// `ϱ` of both bodies.

@@ -1,0 +1,114 @@
+//! Forces and gaps of compliant contacts, with derivatives.
+//!
+//! ```text
+//! F = Σ ± (F_N n + F_T)(q, v̂; θ)         ∂F/∂q, ∂F/∂v̂: by dual numbers, F_θ of the law
+//! g = min g_i(q)                         ∂g/∂q of the feature that has it
+//! ```
+//! Those of rigid contacts are impulses over a step, which jump where a contact opens, closes,
+//! sticks or slips: runs with them have no derivatives.
+
+use super::{Asked, OfNode};
+use crate::design::refused;
+use crate::system::contact_origin::{ContactOrigin, TouchingShapes};
+use holonom_model::SensorKind;
+use nalgebra::Vector3;
+use std::sync::Arc;
+use vi_control::node::{Node, NodeQuantity, Slopes};
+use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
+
+/// The sum of forces in space along an axis.
+struct Pressed {
+    own: Vec<(Arc<CompliantContact>, f64)>, // with signs
+    axis: usize,
+    by: Vec<Vec<(usize, CompliantLaw)>>, // of which of them, in the order of the parameters
+}
+
+impl NodeQuantity for Pressed {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        let one = |(own, sign): &(Arc<CompliantContact>, f64)| own.total_force(at.q, v) * *sign;
+        self.own.iter().map(one).sum::<Vector3<f64>>()[self.axis]
+    }
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        for (own, sign) in &self.own {
+            let direction = Vector3::ith(self.axis, scale * sign);
+            own.add_force_slopes([at.q, v], &direction, [&mut *out.q, &mut *out.v]);
+        }
+    }
+    fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
+        let one = |(k, by): &(usize, CompliantLaw)| {
+            let (own, sign) = &self.own[*k];
+            *sign * own.total_force_change(by, at.q, v)[self.axis]
+        };
+        self.by.get(parameter).map_or(0.0, |all| all.iter().map(one).sum())
+    }
+}
+
+/// The smallest gap of some contacts.
+struct Gap(Vec<Arc<CompliantContact>>);
+
+impl Gap {
+    fn smallest(&self, q: &[f64]) -> Option<(&CompliantContact, f64)> {
+        let gaps = self.0.iter().filter_map(|own| Some((&**own, own.smallest_gap(q)?)));
+        gaps.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+impl NodeQuantity for Gap {
+    fn value(&self, Node { at, .. }: Node<'_>) -> f64 {
+        self.smallest(at.q).map_or(f64::NAN, |(_, gap)| gap)
+    }
+    fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        if let Some((own, _)) = self.smallest(at.q) {
+            own.add_gap_slope(at.q, scale, out.q);
+        }
+    }
+    fn reads_velocity(&self) -> bool {
+        false
+    }
+}
+
+/// What a sensor of a compliant contact shows; `None` of others.
+///
+/// # Errors
+/// [`holonom_model::ModelError`] of contacts by impulses.
+pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
+    let Asked { system, key, of: (sensor, _), tangents, .. } = asked;
+    let is_force = sensor.kind == SensorKind::ContactForce;
+    if !(is_force || sensor.kind == SensorKind::Gap) {
+        return Ok(None);
+    }
+    let part = asked.number()?;
+    let sign = |shapes: &TouchingShapes| match () {
+        () if shapes.contact == sensor.of => Some(1.0),
+        () if !is_force => None,
+        () if shapes.sides(0).b == sensor.of => Some(1.0),
+        () if shapes.sides(0).a == sensor.of => Some(-1.0),
+        () => None,
+    };
+    let read = system.contacts.iter().enumerate();
+    let read = read.filter_map(|(k, own)| Some((k, own, sign(own.shapes()?)?)));
+    let mut own = Vec::new();
+    let mut places = Vec::new();
+    for (k, origin, sign) in read {
+        let Some(contact) = ContactOrigin::compliant(origin) else {
+            let what = format!(
+                "the derivative of the sensor `{}`: the impulses of a rigid contact jump where it \
+                 opens, closes, sticks or slips",
+                sensor.name
+            );
+            let help = "give the [[contact]] a `model`, or take a distance of points";
+            return Err(refused(key, what, help));
+        };
+        own.push((Arc::clone(contact), sign));
+        places.push(k);
+    }
+    if !is_force {
+        return Ok(Some(Box::new(Gap(own.into_iter().map(|(own, _)| own).collect()))));
+    }
+    let place = |(k, by): &(usize, CompliantLaw)| {
+        places.iter().position(|place| place == k).map(|place| (place, *by))
+    };
+    let by = tangents.iter().map(|own| own.contacts.iter().filter_map(place).collect());
+    let by = by.collect();
+    Ok(Some(Box::new(Pressed { own, axis: part, by })))
+}
