@@ -9,6 +9,7 @@ use vi_constraints::SchemeKind;
 use vi_constraints::linearization::Tangent;
 use vi_control::identification::{Experiment, Measurable, MotionResiduals, Reading, Series, Trial};
 use vi_control::least_squares::{Estimate, FitError, LeastSquares, Parameter, Refused};
+use vi_control::terminal_rate::NodeSources;
 use vi_control::{ControlForce, Controls, Direction, JointControl};
 use vi_core::{MechanicalSystem, Quadrature};
 use vi_multibody::design::start::{StartCoordinate, derivatives};
@@ -173,7 +174,7 @@ impl Experiment for Unknown {
             directions,
             tangents,
             quantities,
-            level: None,
+            sources: NodeSources::default(),
             steps: usize::MAX,
         })
     }

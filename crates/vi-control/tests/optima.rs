@@ -320,6 +320,30 @@ fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
     }
 }
 
+/// The same of orders 8 and 10, in steps that are long enough for errors above rounding.
+#[test]
+fn optima_of_one_space_of_controls_have_orders_above_6() {
+    let galerkin = |s: usize| Method::Galerkin(Stages::new(s).unwrap());
+    let composition = Method::Composition(Composition::SofroniouSpaletta21);
+    let (case, values, asks) = (Case::read("oc01_pendulum_swing_up"), 5, Asks::Nothing);
+    let near = held(&case, [values, 6], Method::Composition(Composition::Suzuki5), (None, asks));
+    let near = (Some(&near.0), asks);
+    let exact = held(&case, [values, 6], galerkin(6), near);
+    for (method, order, holds) in
+        [(composition, 8, [6, 9]), (galerkin(4), 8, [3, 4]), (galerkin(5), 10, [3, 4])]
+    {
+        let [coarse, fine] = holds
+            .map(|hold| from_another([&held(&case, [values, hold], method, near), &exact], values));
+        let refined = (holds[1] as f64 / holds[0] as f64).ln();
+        let orders = [0, 1, 2, 3].map(|what| (coarse[what] / fine[what]).ln() / refined);
+        println!(
+            "{method:?}, order {order}: cost, states, controls, costates {fine:?}; {orders:.2?}"
+        );
+        let least = orders.iter().fold(f64::INFINITY, |least, own| least.min(*own));
+        assert!(least > f64::from(order) - 0.25, "order {order}: {least}");
+    }
+}
+
 /// Wheels turn a satellite: the replay keeps the linear and the angular momentum of all, zero.
 #[test]
 fn efforts_between_bodies_leave_momentum_maps_exact() {

@@ -54,9 +54,17 @@ fn modulus_and_damping_follow_from_the_motion_of_a_tip() {
     }
 }
 
+/// Of positions; of a section force within an element and of a velocity, which inertia and the mass
+/// that steps add enter.
 #[test]
 fn residuals_of_a_beam_have_their_derivatives() {
-    for text in [ROD.to_owned(), ROD.replace(", start = \"relaxed\"", "")] {
+    let inner = ROD
+        .replace("sensor = \"middle.z\", sigma = 1e-4", "sensor = \"inner.4\", sigma = 1e-3")
+        + "[[sensor]]\nname = \"inner\"\ntype = \"section_force\"\nof = \"rod\"\nat = 0.35\n";
+    let rate =
+        ROD.replace("type = \"position\"\nof = \"rod.2\"", "type = \"velocity\"\nof = \"rod.2\"");
+    let drawn = ROD.replace(", start = \"relaxed\"", "");
+    for text in [ROD.to_owned(), drawn, inner, rate] {
         let (source, model) = read(&text);
         let data = exact(&model);
         let mut prepared = Prepared::new(&source, &[], &model, &data).unwrap();

@@ -21,6 +21,7 @@ use std::ops::ControlFlow;
 use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
+use vi_constraints::SetupError;
 use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver};
 use vi_control::replay::Replay;
@@ -245,7 +246,7 @@ pub(super) fn control(
         let found = optimum::optimize(method, &setting, steps, settings.refine, &watch);
         let found = found.map_err(|error| match error {
             OptimizeError::Problem(error) => {
-                let help = "change what cannot be optimised, or what is asked for";
+                let help = remedy(&error);
                 OptimizeFailure::Model(refused("optimize", error.to_string(), help))
             }
             error => OptimizeFailure::Run(error.to_string()),
@@ -268,4 +269,21 @@ pub(super) fn control(
         return Err(OptimizeFailure::Run("there is no search".to_owned()));
     };
     Ok(report(model, found, (rows, starts)))
+}
+
+/// What helps where there is no program.
+fn remedy(error: &ProblemError) -> &'static str {
+    match error {
+        ProblemError::Method(SetupError::DissipativeComposition) => {
+            "write order = 2, or method = \"galerkin\", under [simulation]"
+        }
+        ProblemError::NotCovered(what) if what.starts_with("a free final time") => {
+            "remove `time` of [optimize]: the motion lasts until `end`"
+        }
+        ProblemError::NotCovered("point masses") => "let bodies take their place",
+        ProblemError::NotCovered("beams") => {
+            "remove the [[control]]: designs and fits take beams, controls take bodies on springs"
+        }
+        _ => "change what cannot be optimised, or what is asked for",
+    }
 }
