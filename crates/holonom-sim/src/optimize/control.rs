@@ -21,7 +21,7 @@ use std::ops::ControlFlow;
 use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
-use vi_constraints::SetupError;
+use vi_constraints::integrator::SetupError;
 use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver};
 use vi_control::replay::Replay;
