@@ -4,7 +4,7 @@
 
 use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system::joint_drive::{bumper, friction};
-use holonom_model::{Contact, ContactModel, Limits, ModelError};
+use holonom_model::{Contact, FrictionCourse, Limits, ModelError};
 use std::sync::Arc;
 use vi_core::force::MidpointForce;
 use vi_core::num_dual::Dual64;
@@ -19,20 +19,18 @@ impl Chain<'_> {
         self.slopes.number(key, value).eps
     }
 
-    /// The derivatives of the course of friction below a key; `None` where it does not change.
-    fn course(&self, key: &str, of: &Stribeck) -> Option<Stribeck> {
+    /// The derivatives of the course of friction below a key, as it is stated; `None` where it does
+    /// not change.
+    fn course(&self, key: &str, stated: &FrictionCourse, of: &Stribeck) -> Option<Stribeck> {
         let number = |part: &str, value| self.slope(&format!("{key}.{part}"), value);
-        let transition = number("transition_velocity", of.transition_velocity);
-        let is_stated = self.slopes.touches(&format!("{key}.stribeck_velocity"));
-        let own = number("stribeck_velocity", of.stribeck_velocity);
-        // that of transition where it is not stated
-        let follows = !is_stated && of.stribeck_velocity == of.transition_velocity;
-        let by = Stribeck {
-            transition_velocity: transition,
-            static_ratio: number("static_ratio", of.static_ratio),
-            stribeck_velocity: if follows { transition } else { own },
+        let transition_velocity = number("transition_velocity", of.transition_velocity);
+        let stribeck_velocity = match stated.stribeck_velocity {
+            Some(own) => number("stribeck_velocity", own),
+            None => transition_velocity,
         };
-        let all = [by.transition_velocity, by.static_ratio, by.stribeck_velocity];
+        let static_ratio = number("static_ratio", of.static_ratio);
+        let all = [transition_velocity, static_ratio, stribeck_velocity];
+        let by = Stribeck { transition_velocity, static_ratio, stribeck_velocity };
         all.iter().any(|own| *own != 0.0).then_some(by)
     }
 
@@ -43,7 +41,10 @@ impl Chain<'_> {
         if let (Some((freedom, law)), Some(own)) = (friction(joint), joint.friction) {
             let part = if own.torque.is_some() { "torque" } else { "force" };
             let effort = self.slope(&format!("{key}.friction.{part}"), law.effort);
-            let course = self.course(&format!("{key}.friction.model"), &law.course);
+            let stated = own.model.map(|own| own.course());
+            let course = stated.and_then(|stated| {
+                self.course(&format!("{key}.friction.model"), &stated, &law.course)
+            });
             if effort != 0.0 || course.is_some() {
                 let by: EffortTangent = Arc::new(move |_, _, rate| {
                     let turned = course.map_or(0.0, |by| law.course.change(&by, rate));
@@ -100,12 +101,13 @@ impl Chain<'_> {
 
     /// The derivatives of a law; `None` where it does not change.
     fn contact_law(&self, stated: &Contact, law: &CompliantLaw) -> Option<CompliantLaw> {
-        let ContactModel::HuntCrossley { .. } = stated.model?;
+        let model = stated.model?;
         let key = format!("contact.{}", stated.name);
         let of_model = format!("{key}.model");
         let number = |part: &str, value| self.slope(&format!("{of_model}.{part}"), value);
         let friction = law.friction.map(|(mu, course)| {
-            let by = self.course(&of_model, &course);
+            let stated = model.course();
+            let by = stated.and_then(|stated| self.course(&of_model, &stated, &course));
             let none =
                 Stribeck { transition_velocity: 0.0, static_ratio: 0.0, stribeck_velocity: 0.0 };
             (self.slope(&format!("{key}.friction"), mu), by.unwrap_or(none))

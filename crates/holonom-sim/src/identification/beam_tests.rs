@@ -59,7 +59,7 @@ fn modulus_and_damping_follow_from_the_motion_of_a_tip() {
 #[test]
 fn residuals_of_a_beam_have_their_derivatives() {
     let inner = ROD
-        .replace("sensor = \"middle.z\", sigma = 1e-4", "sensor = \"inner.4\", sigma = 1e-3")
+        .replace("sensor = \"middle.z\", sigma = 1e-4", "sensor = \"inner.M2\", sigma = 1e-3")
         + "[[sensor]]\nname = \"inner\"\ntype = \"section_force\"\nof = \"rod\"\nat = 0.35\n";
     let rate =
         ROD.replace("type = \"position\"\nof = \"rod.2\"", "type = \"velocity\"\nof = \"rod.2\"");
