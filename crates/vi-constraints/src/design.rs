@@ -74,8 +74,8 @@ pub trait Design {
         rows: &mut [f64],
     );
 
-    /// The same at a node where all forces count, interpolated strains among them, with the velocity
-    /// and the length of an interval whose ends have come together ([`Place::Gauss`]).
+    /// The same at a node where all forces count, interpolated strains among them, with the
+    /// velocity and the length of an interval whose ends have come together ([`Place::Gauss`]).
     fn add_at_node(&self, k: usize, at: &Interval, [minus, plus]: [&mut [f64]; 2]) {
         self.add_tangent(k, Place::Gauss(at, 1.0), &[], minus, plus, &mut []);
     }

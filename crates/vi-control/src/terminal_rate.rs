@@ -351,8 +351,8 @@ impl NodeReader {
 /// Derivatives by `q`, `p̄` and internal variables.
 type OfState<'a> = (&'a mut [f64], &'a mut [f64], &'a mut [f64]);
 
-/// The same of the derivatives by `v̂`, `a` and `λ` of the acceleration level; also by forces on the
-/// coordinates, shape `n` or empty.
+/// The same of the derivatives by `v̂`, `a` and `λ` of the acceleration level; also by forces on
+/// the coordinates, shape `n` or empty.
 fn pull_level(
     (mechanism, (level, own)): (&Mechanism, &(Level, Mutex<NodeAcceleration>)),
     at: Configuration<'_>,

@@ -1,5 +1,5 @@
-//! Gradients by the numbers of compliant contacts, elastic stops and smooth friction against central
-//! differences of whole runs, and what is refused.
+//! Gradients by the numbers of compliant contacts, elastic stops and smooth friction against
+//! central differences of whole runs, and what is refused.
 
 use super::Wanted;
 use super::force_models::without_objectives;

@@ -9,11 +9,13 @@
 //! ∂y/∂v̂·∂²v̂/∂a∂b = −[ w·(Σ δ_aμ_i D²g_i) δ_bq + ν·D²g[δ_bq, δ_av̂] + the same with a, b exchanged
 //!                  + Σ μ_i D³g_i[w, δ_aq, δ_bq] + Σ ν_i D³g_i[v̂, δ_aq, δ_bq] ]                     [2.54]
 //! ```
-//! With `A(q, z)`, the mass that steps `h` add, `M + A` stands for `M`, and to the right side of the
-//! second line comes `−(A v̂)_q δq − (A v̂)_z δz − (A v̂)_θ`, to `∂y/∂q` comes `−(A v̂)_qᵀ w`; second
-//! derivatives are not known then. The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
+//! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
 //! the last one is the second line differentiated again, along the same. Redundant constraints: `μ`
 //! and `ν` of independent rows; the others follow.
+//!
+//! With `A(q, z)`, the mass that steps `h` add [2.56], `M + A` stands for `M`, to the right side of
+//! the second line comes `−(A v̂)_q δq − (A v̂)_z δz − (A v̂)_θ`, and to `∂y/∂q` comes
+//! `−(A v̂)_qᵀ w`; second derivatives are not known then.
 #![allow(non_snake_case)] // G, M
 
 use super::explicit::Masses;
@@ -294,7 +296,8 @@ impl NodeVelocity {
         Ok(())
     }
 
-    /// `z ← z + (∂v̂/∂z)ᵀ of_v` of the last [`NodeVelocity::pull`]; shape of the internal variables.
+    /// `z ← z + (∂v̂/∂z)ᵀ of_v` of the last [`NodeVelocity::pull`]; shape of the internal
+    /// variables.
     pub fn pull_internal(&self, z: &mut [f64]) {
         if let Some(added) = &self.added {
             added.by_internal.tr_mul_add(-1.0, &self.w, z);
