@@ -9,12 +9,11 @@
 use super::input::Input;
 use super::place::Place;
 use super::relative::RelativeWrench;
-use super::turning::Turning;
+use super::turning::{Turning, ends};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::acts_on::{ActsOn, Block12};
 use crate::force::bends::{Between, Pushes};
 use crate::geometry::form::Form;
-use vi_core::interval::Slot;
 use vi_core::sparse::{Block, Entries, Product};
 
 /// What a law acts on.
@@ -136,24 +135,6 @@ impl Target {
                 own.emit_turning(at, (share, follows), scale, wrench, out);
             }
         }
-    }
-}
-
-/// The ends whose directions belong to `y`, each with whether a group of coordinates moves it, and
-/// by how much it moves what is at the middle.
-pub(super) fn ends<'a>(
-    at: Between<'a>,
-    y: [&'a [f64]; 2],
-    group: usize,
-) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
-    match at {
-        Between::Ends(s) => Slot::BOTH
-            .into_iter()
-            .enumerate()
-            .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
-            .collect(),
-        Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
-        Between::Node { .. } => Vec::new(),
     }
 }
 

@@ -12,10 +12,10 @@
 #![allow(non_snake_case)] // F, T
 
 use super::place::Place;
-use super::target::ends;
 use crate::force::acts_on::ActsOn;
 use crate::force::bends::Between;
 use nalgebra::{SMatrix, Vector3};
+use vi_core::interval::Slot;
 use vi_core::sparse::Entries;
 use vi_rigid::directors::FRAME;
 
@@ -39,6 +39,24 @@ fn levers(member: &ActsOn, y: &[f64; FRAME]) -> SMatrix<f64, 3, FRAME> {
         }
     }
     levers
+}
+
+/// The ends whose directions belong to `y`, each with whether a group of coordinates moves it, and
+/// by how much it moves what is at the middle.
+pub(super) fn ends<'a>(
+    at: Between<'a>,
+    y: [&'a [f64]; 2],
+    group: usize,
+) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
+    match at {
+        Between::Ends(s) => Slot::BOTH
+            .into_iter()
+            .enumerate()
+            .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
+            .collect(),
+        Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
+        Between::Node { .. } => Vec::new(),
+    }
 }
 
 /// Of a wrench `efforts` on `on`, of which `base` takes the opposite, along the axes of `carrier`.
