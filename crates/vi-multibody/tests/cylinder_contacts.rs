@@ -4,6 +4,7 @@ use crate::contact_runs::{G, box_shape, coulomb, moved, run_by};
 use nalgebra::Vector3;
 use vi_constraints::nonsmooth::Method;
 use vi_multibody::FrameId::Ground;
+use vi_multibody::PairKind;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_rigid::gap::ContactShape;
 
@@ -102,4 +103,35 @@ fn a_heap_of_logs_does_not_overlap() {
     assert!(counts.smallest_gap.unwrap() > -1e-9, "{counts:?}");
     assert!(counts.largest_work < 1e-12, "{counts:?}");
     assert!(off < 1e-3, "{off:e}");
+}
+
+/// The end of a log slides past an edge that it lies on, or that lies on it: what lies stays at its
+/// height.
+#[test]
+fn an_end_that_slides_past_an_edge_changes_no_height() {
+    let inertia = || Inertia::principal(1.0, [0.01, 0.012, 0.014]);
+    let top = box_shape([0.0995, 0.2, 0.05]);
+    let mut below = MechanismBuilder::new().gravity([0.0, 0.0, -G]);
+    let roller = below.body("roller", inertia()).velocity([0.1, 0.0, 0.0]).id();
+    let block = below.body("block", inertia()).at([0.0, 0.0, 0.15]).id();
+    below.joint("rail", PairKind::Prismatic, Ground, roller).at([0.0; 3]).axis([1.0, 0.0, 0.0]);
+    let pair = ((roller, log(0.1, 0.1)), (block, top));
+    below.shape_contact("touch", pair.0, pair.1, coulomb(0.0, 0.0)).unwrap();
+    let mut above = MechanismBuilder::new().gravity([0.0, 0.0, -G]);
+    let at = [0.0, 0.0, 0.15];
+    let sliding = above.body("log", inertia()).at(at).velocity([0.1, 0.0, 0.0]).id();
+    let pair = ((Ground, box_shape([0.0995, 0.2, 0.05])), (sliding, log(0.1, 0.1)));
+    above.shape_contact("touch", pair.0, pair.1, coulomb(0.0, 0.3)).unwrap();
+    for (name, builder, body) in [("block on a roller", below, 1), ("log on a block", above, 0)] {
+        for (h, method) in [(0.01, Method::Stepping), (0.003, Method::Events)] {
+            let mut run = run_by(&builder, h, method);
+            let mut worst = 0.0_f64;
+            while run.state().t < 0.3 {
+                run.step().unwrap_or_else(|error| panic!("{name}, {method:?}: {error}"));
+                worst = worst.max((run.state().q[12 * body + 2] - 0.15).abs());
+            }
+            println!("{name}, {method:?}: height changes by {worst:.1e} m");
+            assert!(worst < 1e-13, "{name}, {method:?}: {worst:e}");
+        }
+    }
 }

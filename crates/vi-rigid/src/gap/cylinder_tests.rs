@@ -6,6 +6,7 @@
 //! Supports and inclusions are written here on their own.
 
 use super::outline::Kind;
+use super::outline_pairs::{Feature, Parts};
 use super::tests::off_the_gradient;
 use super::*;
 use crate::directors::FRAME;
@@ -379,6 +380,46 @@ fn what_lies_or_stands_touches_at_several_points() {
             }
         }
     }
+}
+
+/// A line that is moved along itself stays the same line: the end of a log that slides past an edge
+/// changes no gap of what touches the edge, nor does the edge's end that slides past the log.
+#[test]
+fn the_end_of_a_line_that_slides_past_changes_no_gap() {
+    let lying = ContactShape::Cylinder {
+        ends: [-0.5, 0.5].map(|x| Vector3::new(x, 0.0, 0.0)),
+        radius: 0.2,
+    };
+    let block = brick([0.499, 0.3, 0.1]); // its edges are just within the ends of the log
+    let pair = Pair::new(lying, block).unwrap();
+    let mut worst = 0.0_f64;
+    let mut count = 0;
+    for seed in 0..40 {
+        let mut sample = Sample::new(seed);
+        let turned = [0.3 * sample.number(), 0.0, 0.0]; // about the log
+        let yaw = if seed % 2 == 0 { 0.0 } else { 0.02 * sample.number() };
+        let q = frame([turned[0], 0.0, yaw], [0.0, 0.0, 0.3]);
+        let mut found = Vec::new();
+        pair.active(&GROUND, &q, 1.0, &mut found);
+        let whole = |number: &u32| {
+            let own = Feature::numbered(*number, Kind::Cylinder, Kind::Box).unwrap();
+            own.parts == Parts::LineLine && own.own == 0
+        };
+        let of_lines: Vec<u32> = found.iter().map(|own| own.0).filter(whole).collect();
+        for moved in [1e-4, 0.002, 0.02, -0.002] {
+            let mut log = GROUND;
+            log[0] = moved; // along its axis
+            for feature in &of_lines {
+                let [before, after] = [&GROUND, &log].map(|at| pair.contact(*feature, at, &q));
+                worst = worst.max((before.gap - after.gap).abs());
+                worst = worst.max((before.normal - after.normal).norm());
+                worst = worst.max((before.point - after.point).norm());
+                count += 1;
+            }
+        }
+    }
+    println!("{count} gaps of lines that go on: to {worst:.1e} m");
+    assert!(worst < 1e-14 && count > 100, "{worst:e} {count}");
 }
 
 /// The sensor of two boxes reads their distance: not the gap of a corner and the plane of a face

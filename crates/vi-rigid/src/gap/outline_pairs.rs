@@ -9,11 +9,11 @@
 //! | rim – line, rim – rim | `n·(x_B − x_A) − R_B` of the closest points ([`rim`](super::rim)), `n` along `x_B − x_A` or `±t_A × t_B` |
 //!
 //! Lines go on beyond their ends, and faces beyond their edges: a gap is smooth as long as the
-//! feature is named. The axis of A ends in two lines: beyond its ends the circle there counts. A
-//! line of steepness `k` above a half crosses a rim at most once. A flat one
-//! crosses it twice, a feature for each half of the rim. Where two axes are nearly parallel their
-//! closest points may jump along them within a step: a part of the axis of A takes the place of the
-//! line, with the point of that part next to the axis of B.
+//! feature is named. The axis of A ends beside an axis: beyond its ends the circle there counts,
+//! whose gap goes on smoothly. A line of steepness `k` above a half crosses a rim at most once. A
+//! flat one crosses it twice, a feature for each half of the rim. Where two axes are nearly
+//! parallel their closest points may jump along them within a step: a part of the axis of A takes
+//! the place of the line, with the point of that part next to the axis of B.
 //!
 //! Features are numbered kind by kind, of each kind first those whose first part is of A, then
 //! those whose first part is of B.
@@ -36,6 +36,8 @@ const AXIS_PARTS: u32 = 64;
 const PART: f64 = 1.0 / AXIS_PARTS as f64;
 /// Of two lines: that of A as a whole, then parts of it.
 const OF_LINES: u32 = 2 + AXIS_PARTS;
+/// How far the line of an axis goes on where an edge crosses it, in its half length.
+const BEYOND: f64 = 2.0;
 /// Steepness from which the closest point of a whole rim counts.
 const STEEP: f64 = 0.5;
 
@@ -261,7 +263,9 @@ impl Feature {
             None => (0.0, 1.0),
         };
         let off = (place - middle) / reach;
-        if first.kind != Kind::Box && (!is_crossing || off.abs() > 1.0) {
+        // an edge crosses the line of the axis, whose circles meet it in the plane of an end
+        let goes_on = self.own == 0 && q.radius == 0.0 && off.abs() <= BEYOND;
+        if first.kind != Kind::Box && (!is_crossing || off.abs() > 1.0 && !goes_on) {
             let end = if is_crossing { reach.copysign(off) } else { 0.0 };
             let touch = self.section(middle + end, [first, second]);
             return Touch { is_inside: false, ..touch };
