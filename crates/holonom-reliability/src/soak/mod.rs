@@ -171,19 +171,22 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     let tally = soak(&request, &progress);
     print!("{}", words(&tally));
     println!("{:.0} s", begin.elapsed().as_secs_f64());
-    let print = |index: u64, words: &str, path: &Path| {
-        println!("{}-{index}: {words}: {}", request.part.seed, path.display());
+    let (faults, failed) = (tally.faults.clone(), tally.failed.clone());
+    request.part.store(tally)?; // what is found is kept while it is reduced
+    for FaultyMechanism { index, fault } in faults.iter().take(20) {
+        println!("{}-{index}: {}", request.part.seed, fault.words);
+    }
+    let print = |index: u64, path: &Path| {
+        println!("{}-{index}: {}", request.part.seed, path.display());
     };
-    for case in tally.faults.iter().take(20) {
-        print(case.index, &case.fault.words, &reduced(&request, case)?);
+    for case in faults.iter().take(20) {
+        print(case.index, &reduced(&request, case)?);
     }
-    for (words, reason) in tally.failed.iter().filter(|_| request.failures) {
+    for (words, reason) in failed.iter().filter(|_| request.failures) {
         let smallest = minimise_failure(&request.mechanism(reason.first), words);
-        print(reason.first, words, &store(&request, "failed", reason.first, (words, &smallest))?);
+        print(reason.first, &store(&request, "failed", reason.first, (words, &smallest))?);
     }
-    let sound = tally.faults.is_empty();
-    request.part.store(tally)?;
-    Ok(sound)
+    Ok(faults.is_empty())
 }
 
 /// Judges the model of a file with all checks, and prints its energies.
