@@ -115,6 +115,16 @@ pub struct ElementsTangent {
     dissipation: Option<StrainDissipation>,
 }
 
+/// `σ` of a strain, of an element with the stiffness `C`.
+pub(crate) fn stress(
+    element: &Element,
+    C: &Matrix6<Dual64>,
+    strain: &Vector6<Dual64>,
+) -> Vector6<Dual64> {
+    let slack = element.is_slack(&strain.map(|own| own.re));
+    if slack { without_extension(C) * strain } else { *C * strain }
+}
+
 impl Changed {
     fn new(model: &BeamElements, change: &ElementChange, q: &[f64]) -> Option<Self> {
         let index = change.element;
@@ -169,11 +179,8 @@ impl Changed {
     }
 
     /// `σ` of a strain.
-    pub(crate) fn stress(&self, strain: &Vector6<Dual64>) -> Vector6<Dual64> {
-        match self.element.is_slack(&strain.map(|own| own.re)) {
-            true => without_extension(&self.stiffness) * strain,
-            false => self.stiffness * strain,
-        }
+    fn stress(&self, strain: &Vector6<Dual64>) -> Vector6<Dual64> {
+        stress(&self.element, &self.stiffness, strain)
     }
 
     /// `∇ε·v`.

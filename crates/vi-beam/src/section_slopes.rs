@@ -8,8 +8,8 @@
 //! The formulas of the section itself are those of [`crate::section_force`].
 #![allow(non_snake_case)] // C, G, K
 
-use crate::design::{Changed, ElementsTangent};
-use crate::element::{Element, StrainLaw, without_extension};
+use crate::design::{Changed, ElementsTangent, stress};
+use crate::element::{Element, StrainLaw};
 use crate::helicoidal::{self, split};
 use crate::model::BeamElements;
 use crate::section_force::{Acting, BeamLoad, LineLoads, SectionPlace, Within, mean};
@@ -69,21 +69,6 @@ impl SectionPlace {
     }
 }
 
-/// `σ` of a strain.
-fn stress(
-    model: &BeamElements,
-    element: &Element,
-    own: Option<&Changed>,
-    strain: &Vector6<Dual64>,
-) -> Vector6<Dual64> {
-    if let Some(own) = own {
-        return own.stress(strain);
-    }
-    let C = model.elements.stiffness(element).map(Dual64::from_re);
-    let slack = element.is_slack(&strain.map(|own| own.re));
-    if slack { without_extension(&C) * strain } else { C * strain }
-}
-
 fn station(
     model: &BeamElements,
     index: usize,
@@ -101,7 +86,8 @@ fn station(
         by += own.strain(q).map(|own| own.eps);
     }
     let strain = strain.zip_map(&by, Dual64::new);
-    let stress = stress(model, element, own, &strain);
+    let given = || model.elements.stiffness(element).map(Dual64::from_re);
+    let stress = stress(element, &own.map_or_else(given, |own| own.stiffness), &strain);
     let length = element.length;
     let StrainLaw::Helicoidal(_) = &element.law else { return [strain, stress] };
     let n = times(length, &stress);
@@ -166,9 +152,7 @@ fn acting<'a>(
         };
         both(*place, load.wrench(loads.t, &frame), moved)
     };
-    let comes = |BeamLoad { place, load }: &BeamLoad| {
-        both(*place, none, load.wrench(loads.t, &frame)) //
-    };
+    let comes = |own: &BeamLoad| both(own.place, none, own.load.wrench(loads.t, &frame));
     let section = model.elements.section(element);
     Acting {
         element,
