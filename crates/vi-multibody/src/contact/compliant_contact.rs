@@ -134,8 +134,7 @@ impl CompliantContact {
     /// The smallest of its gaps, m; `None` where the shapes have none.
     #[must_use]
     pub fn smallest_gap(&self, q: &[f64]) -> Option<f64> {
-        let [a, b] = self.pair.shapes();
-        lasting(a, b).map(|feature| self.gap(feature, q)).min_by(f64::total_cmp)
+        self.nearest(q).map(|(_, gap)| gap)
     }
 
     /// The features that touch.
@@ -165,9 +164,18 @@ impl CompliantContact {
 
     /// The features that touch, with their gaps.
     fn closed<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        self.gaps(q).filter(|(_, gap)| *gap < 0.0)
+    }
+
+    /// All features with their gaps.
+    fn gaps<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
         let [a, b] = self.pair.shapes();
-        let gaps = lasting(a, b).map(|feature| (feature, self.gap(feature, q)));
-        gaps.filter(|(_, gap)| *gap < 0.0)
+        lasting(a, b).map(|feature| (feature, self.gap(feature, q)))
+    }
+
+    /// The feature with the smallest gap.
+    fn nearest(&self, q: &[f64]) -> Option<(u32, f64)> {
+        self.gaps(q).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Where its own coordinate `k` stands among all; the second frame follows the first one.
@@ -326,9 +334,7 @@ impl CompliantContact {
     /// `out ← out + scale` times the gradient of [`CompliantContact::smallest_gap`], that of the
     /// feature that has it.
     pub fn add_gap_slope(&self, q: &[f64], scale: f64, out: &mut [f64]) {
-        let [a, b] = self.pair.shapes();
-        let gaps = lasting(a, b).map(|feature| (feature, self.gap(feature, q)));
-        let Some((feature, _)) = gaps.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+        let Some((feature, _)) = self.nearest(q) else { return };
         let slopes = self.gradient(feature, q);
         self.places().for_each(|(k, place)| out[place] += scale * slopes[k]);
     }

@@ -263,7 +263,7 @@ impl Feature {
             None => (0.0, 1.0),
         };
         let off = (place - middle) / reach;
-        // an edge crosses the line of the axis, whose circles meet it in the plane of an end
+        // the gap of an edge with the circle at an end is another one
         let goes_on = self.own == 0 && q.radius == 0.0 && off.abs() <= BEYOND;
         if first.kind != Kind::Box && (!is_crossing || off.abs() > 1.0 && !goes_on) {
             let end = if is_crossing { reach.copysign(off) } else { 0.0 };
