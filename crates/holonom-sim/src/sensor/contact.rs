@@ -30,7 +30,7 @@ pub(super) enum ContactGauge {
 
 /// How forces are added up.
 #[derive(Clone, Debug)]
-pub(super) enum Signs {
+pub(crate) enum Signs {
     /// On the second sides of a contact.
     Whole,
     /// On a body, of these shapes.
@@ -38,7 +38,8 @@ pub(super) enum Signs {
 }
 
 impl Signs {
-    fn of(&self, feature: u32) -> f64 {
+    /// That of a feature.
+    pub(crate) fn of(&self, feature: u32) -> f64 {
         let Self::Of(body, shapes) = self else { return 1.0 };
         let sides = shapes.sides(feature);
         match () {
@@ -47,6 +48,20 @@ impl Signs {
             () => 0.0,
         }
     }
+}
+
+/// The elements whose forces a contact has on the bodies of its `b`, or all contacts on a body,
+/// each with its sign.
+pub(crate) fn signed(origins: &[ContactOrigin], of: &str) -> Vec<(u32, Signs)> {
+    let sign = |origin: &ContactOrigin| {
+        let shapes = origin.shapes()?;
+        match () {
+            () if shapes.contact == of => Some(Signs::Whole),
+            () if shapes.has(of) => Some(Signs::Of(of.to_owned(), Box::new(shapes.clone()))),
+            () => None,
+        }
+    };
+    (0..).zip(origins).filter_map(|(k, own)| Some((k, sign(own)?))).collect()
 }
 
 impl ContactGauge {
@@ -59,16 +74,7 @@ impl ContactGauge {
 
     /// The force of a contact on the bodies of its `b`, or of all contacts on a body.
     pub(super) fn force(origins: &[ContactOrigin], of: &str) -> Self {
-        let sign = |origin: &ContactOrigin| {
-            let shapes = origin.shapes()?;
-            match () {
-                () if shapes.contact == of => Some(Signs::Whole),
-                () if shapes.has(of) => Some(Signs::Of(of.to_owned(), Box::new(shapes.clone()))),
-                () => None,
-            }
-        };
-        let signed = (0..).zip(origins).filter_map(|(k, own)| Some((k, sign(own)?)));
-        Self::Force(signed.collect())
+        Self::Force(signed(origins, of))
     }
 
     /// The slip of a contact.

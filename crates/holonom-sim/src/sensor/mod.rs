@@ -49,6 +49,7 @@ mod work;
 pub(crate) use attitude::{Attitude, sign};
 pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
+pub(crate) use contact::{Signs, signed};
 pub(crate) use effort::Effort;
 pub(crate) use ends::ends_of;
 pub(crate) use view::{View, Works};

@@ -9,8 +9,9 @@
 
 use super::{Asked, OfNode};
 use crate::design::refused;
-use crate::system::contact_origin::{ContactOrigin, TouchingShapes};
-use holonom_model::SensorKind;
+use crate::sensor::{Signs, signed};
+use crate::system::contact_origin::ContactOrigin;
+use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Slopes};
@@ -70,7 +71,7 @@ impl NodeQuantity for Gap {
 /// What a sensor of a compliant contact shows; `None` of others.
 ///
 /// # Errors
-/// [`holonom_model::ModelError`] of contacts by impulses.
+/// [`ModelError`] of contacts by impulses.
 pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
     let Asked { system, key, of: (sensor, _), tangents, .. } = asked;
     let is_force = sensor.kind == SensorKind::ContactForce;
@@ -78,35 +79,29 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
         return Ok(None);
     }
     let part = asked.number()?;
-    let sign = |shapes: &TouchingShapes| match () {
-        () if shapes.contact == sensor.of => Some(1.0),
-        () if !is_force => None,
-        () if shapes.sides(0).b == sensor.of => Some(1.0),
-        () if shapes.sides(0).a == sensor.of => Some(-1.0),
-        () => None,
-    };
-    let read = system.contacts.iter().enumerate();
-    let read = read.filter_map(|(k, own)| Some((k, own, sign(own.shapes()?)?)));
-    let mut own = Vec::new();
-    let mut places = Vec::new();
-    for (k, origin, sign) in read {
-        let Some(contact) = ContactOrigin::compliant(origin) else {
+    let origins = &system.contacts;
+    let compliant = |origin: &ContactOrigin| {
+        origin.compliant().cloned().ok_or_else(|| {
             let what = format!(
                 "the derivative of the sensor `{}`: the impulses of a rigid contact jump where it \
                  opens, closes, sticks or slips",
                 sensor.name
             );
             let help = "give the [[contact]] a `model`, or take a distance of points";
-            return Err(refused(key, what, help));
-        };
-        own.push((Arc::clone(contact), sign));
-        places.push(k);
-    }
+            refused(key, what, help)
+        })
+    };
     if !is_force {
-        return Ok(Some(Box::new(Gap(own.into_iter().map(|(own, _)| own).collect()))));
+        let of_contact =
+            |own: &&ContactOrigin| own.shapes().is_some_and(|s| s.contact == sensor.of);
+        let read = origins.iter().filter(of_contact).map(compliant);
+        return Ok(Some(Box::new(Gap(read.collect::<Result<_, _>>()?))));
     }
+    let signed = signed(origins, &sensor.of);
+    let one = |(k, sign): &(u32, Signs)| Ok((compliant(&origins[*k as usize])?, sign.of(0)));
+    let own = signed.iter().map(one).collect::<Result<_, ModelError>>()?;
     let place = |(k, by): &(usize, CompliantLaw)| {
-        places.iter().position(|place| place == k).map(|place| (place, *by))
+        signed.iter().position(|own| own.0 as usize == *k).map(|place| (place, *by))
     };
     let by = tangents.iter().map(|own| own.contacts.iter().filter_map(place).collect());
     let by = by.collect();
