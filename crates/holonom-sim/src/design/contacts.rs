@@ -14,14 +14,17 @@ use vi_multibody::contact::compliant_contact::CompliantLaw;
 use vi_multibody::design::EffortTangent;
 use vi_multibody::stribeck::Stribeck;
 
+/// A course that does not change.
+const STEADY: Stribeck =
+    Stribeck { transition_velocity: 0.0, static_ratio: 0.0, stribeck_velocity: 0.0 };
+
 impl Chain<'_> {
     fn slope(&self, key: &str, value: f64) -> f64 {
         self.slopes.number(key, value).eps
     }
 
-    /// The derivatives of the course of friction below a key, as it is stated; `None` where it does
-    /// not change.
-    fn course(&self, key: &str, stated: &FrictionCourse, of: &Stribeck) -> Option<Stribeck> {
+    /// The derivatives of the course of friction below a key, as it is stated.
+    fn course(&self, key: &str, stated: &FrictionCourse, of: &Stribeck) -> Stribeck {
         let number = |part: &str, value| self.slope(&format!("{key}.{part}"), value);
         let transition_velocity = number("transition_velocity", of.transition_velocity);
         let stribeck_velocity = match stated.stribeck_velocity {
@@ -29,9 +32,7 @@ impl Chain<'_> {
             None => transition_velocity,
         };
         let static_ratio = number("static_ratio", of.static_ratio);
-        let all = [transition_velocity, static_ratio, stribeck_velocity];
-        let by = Stribeck { transition_velocity, static_ratio, stribeck_velocity };
-        all.iter().any(|own| *own != 0.0).then_some(by)
+        Stribeck { transition_velocity, static_ratio, stribeck_velocity }
     }
 
     /// Smooth friction and elastic stops of joint `k`: part, freedom, derivative of the effort.
@@ -41,13 +42,12 @@ impl Chain<'_> {
         if let (Some((freedom, law)), Some(own)) = (friction(joint), joint.friction) {
             let part = if own.torque.is_some() { "torque" } else { "force" };
             let effort = self.slope(&format!("{key}.friction.{part}"), law.effort);
-            let stated = own.model.map(|own| own.course());
-            let course = stated.and_then(|stated| {
-                self.course(&format!("{key}.friction.model"), &stated, &law.course)
+            let course = own.model.map_or(STEADY, |model| {
+                self.course(&format!("{key}.friction.model"), &model.course(), &law.course)
             });
-            if effort != 0.0 || course.is_some() {
+            if effort != 0.0 || course != STEADY {
                 let by: EffortTangent = Arc::new(move |_, _, rate| {
-                    let turned = course.map_or(0.0, |by| law.course.change(&by, rate));
+                    let turned = law.course.change(&course, rate);
                     -effort * law.course.value(rate) - law.effort * turned
                 });
                 found.push(("friction", freedom, by));
@@ -106,11 +106,8 @@ impl Chain<'_> {
         let of_model = format!("{key}.model");
         let number = |part: &str, value| self.slope(&format!("{of_model}.{part}"), value);
         let friction = law.friction.map(|(mu, course)| {
-            let stated = model.course();
-            let by = stated.and_then(|stated| self.course(&of_model, &stated, &course));
-            let none =
-                Stribeck { transition_velocity: 0.0, static_ratio: 0.0, stribeck_velocity: 0.0 };
-            (self.slope(&format!("{key}.friction"), mu), by.unwrap_or(none))
+            let by = model.course().map(|stated| self.course(&of_model, &stated, &course));
+            (self.slope(&format!("{key}.friction"), mu), by.unwrap_or(STEADY))
         });
         let by = CompliantLaw {
             stiffness: number("stiffness", law.stiffness),
@@ -118,12 +115,13 @@ impl Chain<'_> {
             dissipation: number("dissipation", law.dissipation),
             friction,
         };
-        let numbers = [by.stiffness, by.exponent, by.dissipation];
-        let of_friction = by.friction.is_some_and(|(mu, course)| {
-            let Stribeck { transition_velocity, static_ratio, stribeck_velocity } = course;
-            [mu, transition_velocity, static_ratio, stribeck_velocity].iter().any(|x| *x != 0.0)
-        });
-        (of_friction || numbers.iter().any(|own| *own != 0.0)).then_some(by)
+        let steady = CompliantLaw {
+            stiffness: 0.0,
+            exponent: 0.0,
+            dissipation: 0.0,
+            friction: by.friction.map(|_| (0.0, STEADY)),
+        };
+        (by != steady).then_some(by)
     }
 
     /// Refuses a body whose shape changes.
