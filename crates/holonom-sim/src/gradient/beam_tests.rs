@@ -6,34 +6,12 @@ use super::beam_models::{BLADE, CANTILEVER, CHAIN, FLYING, LINKAGE, ROPE};
 use super::force_models::without_objectives;
 use super::force_tests::{PATH, Worst, sensing};
 use super::prepared::{Begin, Prepared};
-use super::tests::found;
+use super::tests::{changed, check, found};
 use crate::design;
 use crate::system::outside::Outside;
 use holonom_model::ModelText;
 use std::path::Path;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
-
-fn changed(text: &str, pairs: &[(&str, &str)]) -> String {
-    pairs.iter().fold(text.to_owned(), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replace(from, to)
-    })
-}
-
-/// How far a gradient is from differences.
-fn check(what: &str, text: &str, allowed: f64) {
-    let found = found(text, true).unwrap_or_else(|error| panic!("{what}: {error}"));
-    for own in &found.checks {
-        println!("{what}: {} {}: {} {:.1e}", own.by, own.direction, own.derivative, own.relative);
-    }
-    for own in &found.parameters {
-        println!("{what}: {} {}", own.name, own.derivative);
-    }
-    let worst = found.worst();
-    assert!(worst < allowed, "{what}: {worst:.1e}");
-    assert!(found.checks.len() >= 3);
-    assert!(found.parameters.iter().all(|own| own.derivative != 0.0), "{:?}", found.parameters);
-}
 
 #[test]
 fn sections_change_a_cantilever() {

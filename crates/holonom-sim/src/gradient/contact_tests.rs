@@ -4,7 +4,7 @@
 use super::Wanted;
 use super::force_models::without_objectives;
 use super::force_tests::{PATH, Worst, sensing};
-use super::tests::found;
+use super::tests::{changed, check, found};
 
 /// A pendulum with smooth friction that swings against an elastic stop.
 const STOPPED: &str = r#"
@@ -133,59 +133,36 @@ sensor = "pushed.x"
 target = 0.0
 "#;
 
-/// How far a gradient is from differences.
-fn check(text: &str, allowed: f64) {
-    let found = found(text, true).unwrap_or_else(|error| panic!("{error}"));
-    for own in &found.checks {
-        let raw = (own.derivative - own.difference).abs() / own.derivative.abs();
-        println!(
-            "{} {}: {} raw {raw:.1e}, {:.1e}",
-            own.by, own.direction, own.derivative, own.relative
-        );
-    }
-    for own in &found.parameters {
-        println!("{}: {}", own.name, own.derivative);
-        assert!(own.derivative != 0.0, "{}", own.name);
-    }
-    assert!(found.worst() < allowed && found.checks.len() >= 3, "{:.1e}", found.worst());
-}
-
-fn changed(text: &str, from: &str, to: &str) -> String {
-    assert!(text.contains(from), "{from}");
-    text.replace(from, to)
-}
-
 #[test]
 fn friction_and_stops_change_a_pendulum() {
-    check(STOPPED, 1e-7);
-    check(&changed(STOPPED, "end = 0.5", "end = 0.5, method = \"galerkin\", order = 4"), 1e-7);
+    check("stopped", STOPPED, 1e-7);
+    let galerkin = "end = 0.5, method = \"galerkin\", order = 4";
+    check("galerkin", &changed(STOPPED, &[("end = 0.5", galerkin)]), 1e-7);
     // a stated number that equals another one does not follow it
-    let own = changed(STOPPED, "velocity = \"= velocity\"\n", "velocity = 0.3\n");
-    check(&changed(&own, "velocity = 1.1\n", ""), 1e-7);
-    let mut alone = STOPPED.to_owned();
-    for line in [
+    let stated = ("velocity = \"= velocity\"\n", "velocity = 0.3\n");
+    check("stated", &changed(STOPPED, &[stated, ("velocity = 1.1\n", "")]), 1e-7);
+    let left_out = [
         "stribeck_velocity = \"= velocity\"\n",
         "static_ratio = \"= ratio\"\n",
         "velocity = 1.1\n",
         "ratio = 1.4\n",
-    ] {
-        alone = changed(&alone, line, "");
-    }
-    check(&alone, 1e-7);
+    ];
+    check("alone", &changed(STOPPED, &left_out.map(|line| (line, ""))), 1e-7);
 }
 
 #[test]
 fn laws_of_contacts_change_balls() {
-    let text = changed(BALLS, "-9.81] }", "\"= gravity\"] }");
-    check(&text, 1e-6);
-    check(&changed(&text, "end = 0.2", "end = 0.2, quadrature = \"trapezoidal\""), 1e-6);
+    let text = changed(BALLS, &[("-9.81] }", "\"= gravity\"] }")]);
+    check("midpoint", &text, 1e-6);
+    let trapezoidal = [("end = 0.2", "end = 0.2, quadrature = \"trapezoidal\"")];
+    check("trapezoidal", &changed(&text, &trapezoidal), 1e-6);
 }
 
 /// The number is that of the sensor, its derivatives are those of whole runs, forward as backward.
 #[test]
 fn forces_and_gaps_of_contacts_agree_with_differences() {
     let (mut worst, all) = (Worst::default(), Wanted::everything());
-    let text = without_objectives(&changed(BALLS, "end = 0.2", "end = 0.05"));
+    let text = without_objectives(&changed(BALLS, &[("end = 0.2", "end = 0.05")]));
     for (sensor, part, at) in [
         ("type = \"contact_force\"\nof = \"floor\"\n", "2", PATH),
         ("type = \"contact_force\"\nof = \"ball\"\n", "0", PATH),
@@ -203,7 +180,7 @@ fn impulses_of_contacts_are_refused_with_a_remedy() {
     let (model, end) =
         (BALLS.find("[contact.model]").unwrap(), BALLS.find("[[contact]]\nname = \"each").unwrap());
     let text = format!("{}{}", &BALLS[..model], &BALLS[end..]);
-    let text = changed(&without_objectives(&text), "friction = \"= friction\"\n", "");
+    let text = changed(&without_objectives(&text), &[("friction = \"= friction\"\n", "")]);
     let sensor = "type = \"contact_force\"\nof = \"floor\"\n";
     let error = found(&sensing(&text, sensor, "2", ""), false).unwrap_err().to_string();
     println!("{error}");
@@ -214,16 +191,17 @@ fn impulses_of_contacts_are_refused_with_a_remedy() {
 fn shapes_that_touch_and_change_are_named() {
     let text = changed(
         BALLS,
-        "dimensions = [0.1] }]\n[[body]]",
-        "dimensions = [\"= 0.2*speed\"] }]\n[[body]]",
+        &[("dimensions = [0.1] }]\n[[body]]", "dimensions = [\"= 0.2*speed\"] }]\n[[body]]")],
     );
     let error = found(&text, false).unwrap_err().to_string();
     println!("{error}");
     assert!(error.contains("body.ball.collision") && error.contains("a shape that touches"));
     let plane = changed(
         BALLS,
-        "position = [0.0, 0.0, 0.0], normal",
-        "position = [0.0, 0.0, \"= speed - 0.5\"], normal",
+        &[(
+            "position = [0.0, 0.0, 0.0], normal",
+            "position = [0.0, 0.0, \"= speed - 0.5\"], normal",
+        )],
     );
     let error = found(&plane, false).unwrap_err().to_string();
     println!("{error}");

@@ -244,6 +244,29 @@ pub(super) fn found(text: &str, check: bool) -> Result<ModelGradient, GradientFa
     Ok(found)
 }
 
+/// A model with other words in the place of some.
+pub(super) fn changed(text: &str, pairs: &[(&str, &str)]) -> String {
+    pairs.iter().fold(text.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
+/// How far a gradient is from differences.
+pub(super) fn check(what: &str, text: &str, allowed: f64) {
+    let found = found(text, true).unwrap_or_else(|error| panic!("{what}: {error}"));
+    for own in &found.checks {
+        println!("{what}: {} {}: {} {:.1e}", own.by, own.direction, own.derivative, own.relative);
+    }
+    for own in &found.parameters {
+        println!("{what}: {} {}", own.name, own.derivative);
+    }
+    let worst = found.worst();
+    assert!(worst < allowed, "{what}: {worst:.1e}");
+    assert!(found.checks.len() >= 3);
+    assert!(found.parameters.iter().all(|own| own.derivative != 0.0), "{:?}", found.parameters);
+}
+
 /// Wrenches on what flies: fixed in space and turning with the body, at a point, in the axes of a
 /// frame that moves with a parameter, on a particle.
 pub(super) const WRENCHES: &str = r#"
