@@ -82,6 +82,7 @@ pub use types::settings::{
 };
 pub use types::shape::{Inertia, Scale, Shape, ShapeKind};
 pub use types::signal::{Delay, Filter, Pid, Signal, Transfer};
+pub use types::signal_parts::{NumberAt, OUTPUT, SignalPart};
 pub use types::station::{Station, Stations};
 pub use types::table::{Interpolation, Outside, Table};
 

@@ -158,7 +158,7 @@ impl Sampler for OneState {
     fn begin(&self, _y: &[f64], internal: &mut [f64]) {
         internal[0] = 0.1;
     }
-    fn begin_change(&self, _y: &[f64], _dy: &[f64], change: &mut [f64]) {
+    fn begin_change(&self, _y: &[f64], _dy: &[f64], _own: &[f64], change: &mut [f64]) {
         change.fill(0.0);
     }
 }

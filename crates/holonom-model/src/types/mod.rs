@@ -28,5 +28,6 @@ pub(crate) mod sensor;
 pub(crate) mod settings;
 pub(crate) mod shape;
 pub(crate) mod signal;
+pub(crate) mod signal_parts;
 pub(crate) mod station;
 pub(crate) mod table;

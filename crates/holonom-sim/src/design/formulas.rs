@@ -6,26 +6,30 @@
 //! A force whose expressions are replaced by their derivatives is the derivative of the force: all
 //! of them act in it linearly. Signals that are values count as what they stand for.
 
+use super::signals::{SignalsApart, StateSlopes};
 use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system;
+use crate::system::outside::Outside;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
     Bushing, Coefficients, Curves, Formula, History, Model, ModelError, MovingText,
-    ParameterTangent,
+    ParameterTangent, Signal, Slopes,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use vi_multibody::builder::ForceElements;
-use vi_multibody::design::MechanismTangent;
+use vi_multibody::design::{MechanismTangent, SignalTangent};
 use vi_multibody::mechanism::Mechanism;
 
 /// The expressions that a parameter changes.
 pub(super) struct Formulas<'a> {
     parameter: &'a ParameterTangent,
     curves: &'a Curves<'a>,
+    apart: SignalsApart,
     /// Signals that are values and change.
     signals: BTreeMap<String, Moving>,
+    states: StateSlopes,
     taken: RefCell<BTreeSet<String>>,
 }
 
@@ -38,12 +42,15 @@ impl<'a> Formulas<'a> {
         parameter: &'a ParameterTangent,
         model: &'a Model,
         curves: &'a Curves<'a>,
+        slopes: &Slopes<'_>,
     ) -> Result<Self, ModelError> {
-        let mut own =
-            Self { parameter, curves, signals: BTreeMap::new(), taken: RefCell::default() };
+        let apart = SignalsApart::new(parameter, model, slopes)?;
+        let (signals, states, taken) = Default::default();
+        let mut own = Self { parameter, curves, apart, signals, states, taken };
+        let all = own.apart.signals.clone();
         // each after those it reads: there are no circles
-        for _ in &model.signals {
-            for signal in model.signals.iter().filter(|own| own.every.is_none()) {
+        for _ in &all {
+            for signal in all.iter().filter(|own| own.every.is_none()) {
                 let Some(value) = &signal.value else { continue };
                 let key = format!("signal.{}.value", signal.name);
                 let Some(Formula(slope)) = own.slope(&key, value)? else { continue };
@@ -51,23 +58,61 @@ impl<'a> Formulas<'a> {
                 own.signals.insert(signal.name.clone(), Moving { value, slope });
             }
         }
-        for signal in &model.signals {
-            let is_value = |part: &str| part == "value" && signal.every.is_none();
-            for (part, formula) in signal.formulas().filter(|(part, _)| !is_value(part)) {
-                let key = format!("signal.{}.{part}", signal.name);
-                if own.slope(&key, formula)?.is_some() {
-                    let what =
-                        format!("the derivative by `{}` of a signal with states", own.name());
-                    return Err(refused(&key, what, LEAVE_OUT));
-                }
+        for signal in &all {
+            own.states_of(signal, model, slopes)?;
+        }
+        own.states.supported(&parameter.name, model)?;
+        Ok(own)
+    }
+
+    /// The states of a signal: their rates and starts; what is sampled or kept has no derivative.
+    fn states_of(
+        &mut self,
+        signal: &Signal,
+        model: &Model,
+        slopes: &Slopes<'_>,
+    ) -> Result<(), ModelError> {
+        let is_value = |part: &str| part == "value" && signal.every.is_none();
+        for (part, formula) in signal.formulas().filter(|(part, _)| !is_value(part)) {
+            let key = format!("signal.{}.{part}", signal.name);
+            let slope = self.slope(&key, formula)?;
+            if part == "rate" {
+                let start = self.start_of(signal, model, slopes);
+                self.states.push(slope, start);
+            } else if slope.is_some() {
+                let what = format!("the derivative by `{}` of a signal with states", self.name());
+                return Err(refused(&key, what, LEAVE_OUT));
             }
         }
-        Ok(own)
+        Ok(())
+    }
+
+    /// How what a state begins with changes: as it is stated, or as what a controller filters.
+    fn start_of(&self, signal: &Signal, model: &Model, slopes: &Slopes<'_>) -> Option<Formula> {
+        let name = &signal.name;
+        if let Some(stated) = model.signals.iter().find(|own| own.name == *name) {
+            let start = stated.start.unwrap_or(0.0);
+            let slope = slopes.number(&format!("signal.{name}.start"), start).eps;
+            return (slope != 0.0).then(|| Formula(format!("({slope:?})")));
+        }
+        let filtered = name.strip_suffix(".d").map(|of| format!("{of}.e"))?;
+        self.signals.get(&filtered).map(|moving| Formula(moving.slope.clone()))
+    }
+
+    /// The signals of the model, those with states taken apart.
+    pub(super) fn apart(&self) -> &[Signal] {
+        &self.apart.signals
+    }
+
+    /// How the states of signals change; `None` where they do not.
+    pub(super) fn watched(&self) -> Option<Vec<Option<Formula>>> {
+        self.states.watched()
     }
 
     /// Whether no expression changes.
     fn is_empty(&self) -> bool {
-        self.parameter.formulas.is_empty() && self.signals.is_empty()
+        let still = self.signals.is_empty() && self.watched().is_none();
+        self.parameter.formulas.is_empty() && still
     }
 
     pub(super) fn name(&self) -> &str {
@@ -83,9 +128,11 @@ impl<'a> Formulas<'a> {
         path: &str,
         formula: &Formula,
     ) -> Result<Option<Formula>, ModelError> {
-        self.taken.borrow_mut().insert(path.to_owned());
+        let of_part = self.apart.keys.get(path).into_iter().flatten().cloned();
+        self.taken.borrow_mut().extend(of_part.chain([path.to_owned()]));
         let none = MovingText { text: formula.0.clone(), moving: BTreeMap::new() };
-        let own = self.parameter.formulas.get(path).unwrap_or(&none);
+        let own = self.apart.texts.get(path).or_else(|| self.parameter.formulas.get(path));
+        let own = own.unwrap_or(&none);
         let mut moving = own.moving.clone();
         moving.extend(self.signals.iter().map(|(name, signal)| (name.clone(), signal.clone())));
         if moving.is_empty() {
@@ -153,6 +200,8 @@ impl Chain<'_> {
             return Ok(());
         }
         let mut derived = self.model.clone();
+        derived.signals = self.formulas.apart().to_vec();
+        found.signals.clone_from(&derived.signals);
         let mut changed = BTreeSet::new();
         for law in &mut derived.laws {
             let key = format!("law.{}", law.name);
@@ -186,10 +235,13 @@ impl Chain<'_> {
                 }
             }
         }
-        if changed.is_empty() {
+        let watched = self.formulas.watched();
+        if changed.is_empty() && watched.is_none() {
             return Ok(());
         }
-        let system = system::build(&derived).map_err(|error| {
+        let outside =
+            Outside { watched: watched.clone().unwrap_or_default(), ..Outside::default() };
+        let system = system::build_with(&derived, &outside).map_err(|error| {
             let what = format!("the derivative by `{}`: {error}", self.formulas.name());
             refused("law", what, LEAVE_OUT)
         })?;
@@ -199,6 +251,9 @@ impl Chain<'_> {
             let ForceElements { bushings, forces, .. } = forces.only(name);
             found.acting.bushings.extend(bushings);
             found.acting.forces.extend(forces);
+        }
+        if watched.is_some() {
+            found.numbers.signals = self.signals(forces);
         }
         self.take(forces, &changed, &mut found.numbers)
     }
@@ -255,6 +310,14 @@ impl Chain<'_> {
                 Err(refused("law", what, LEAVE_OUT))
             }
         }
+    }
+
+    /// The states of the signals, with what changes them.
+    fn signals(&self, derived: &ForceElements) -> Option<SignalTangent> {
+        let dynamics = &self.system.dynamics;
+        let first = dynamics.variational(&self.system.mechanism).places_of_signals().start;
+        let (own, changes) = (dynamics.forces.signals.clone()?, derived.signals.clone()?);
+        Some(SignalTangent::new(own, changes, first))
     }
 
     /// The forces of these names.

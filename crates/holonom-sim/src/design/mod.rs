@@ -15,6 +15,7 @@ mod forces;
 mod formulas;
 mod geometry;
 mod relaxed;
+mod signals;
 pub(crate) mod start;
 pub(crate) mod stored;
 #[cfg(test)]
@@ -24,7 +25,7 @@ use crate::system::System;
 use formulas::Formulas;
 use holonom_model::{
     Constraint, Curves, Formula, Model, ModelError, ModelText, Override, ParameterTangent,
-    Placements, Slopes, nearest,
+    Placements, Signal, Slopes, nearest,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -59,6 +60,8 @@ pub struct ModelTangent {
     pub sensors: BTreeMap<String, Form>,
     /// Derivatives of the values of sensors that are expressions, by the name of the sensor.
     pub expressions: BTreeMap<String, Formula>,
+    /// The signals of which these are, those with states taken apart.
+    pub(crate) signals: Vec<Signal>,
     /// Efforts of the elements of joints: joint, which element, derivative.
     pub drives: Vec<(usize, &'static str, EffortTangent)>,
     /// Laws and bushings that change, their expressions replaced by derivatives.
@@ -169,7 +172,7 @@ fn tangent(
     let name = &parameter.name;
     let slopes = Slopes::new(parameter);
     let placements = Placements::new(stated, model, &slopes);
-    let formulas = Formulas::new(parameter, model, curves)?;
+    let formulas = Formulas::new(parameter, model, curves, &slopes)?;
     let (slopes, placements, formulas) = (&slopes, &placements, &formulas);
     let found = Chain { stated, model, system, slopes, placements, formulas }.tangent(parameter)?;
     if let Some(formula) = formulas.left().iter().find(|key| counts(key)) {

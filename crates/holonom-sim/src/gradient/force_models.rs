@@ -176,6 +176,44 @@ stiffness = ["100*k*(1 + slow)", 900.0, 700.0, 5.0, "= k", 7.0]
 damping = [3.0, "9*c*(1 + slow)", 2.0, 0.1, 0.1, 0.2]
 "#;
 
+/// Signals with states whose numbers and expressions change, and laws that read them.
+pub(super) const TUNED: &str = r#"
+[[signal]]
+name = "slow"
+filter = { of = "slide + 0.02*k*shoulder", time_constant = "= 0.1*c" }
+start = "= 0.05*k"
+[[signal]]
+name = "steers"
+pid = { of = "0.05*k*shoulder - slide - 0.1*slow", proportional = "= k - 2", integral = "= 5*k", derivative = "= 0.75*c", filter = "= 0.1*c", feedforward = "c*sin(k*t)" }
+[[signal]]
+name = "bounded"
+pid = { of = "0.3*c - shoulder", proportional = "= 0.3*k", integral = "= 10*k", limits = ["= -0.2*k", "= 2*c"], tracking = "= 0.1*c" }
+[[signal]]
+name = "charge"
+rate = "k*slide - c*charge + 0.1*steers"
+[[signal]]
+name = "shaped"
+transfer = { of = "shoulder + 0.1*bounded", numerator = ["= 0.5*c", "= k", 3.0], denominator = [1.0, "= 2*k", "= 90*c"] }
+[[signal]]
+name = "grows"
+value = "k*slow^2 + charge + sin(shoulder)"
+[[law]]
+name = "lags"
+joint = "slide"
+effort = "-k*slow - 2*x + steers + 0.1*grows"
+[[law]]
+name = "swims"
+on = "box"
+force = ["-c*vx*(1 + slow)", "steers + bounded", "-k*slow*z + shaped"]
+[[bushing]]
+name = "slack"
+from = "ground"
+to = "box"
+position = [0.1, 3.0, 0.2]
+stiffness = ["100*k*(1 + slow)", 900.0, 700.0, 5.0, "= k", 7.0]
+damping = [3.0, "9*c*(1 + slow)", 2.0, 0.1, 0.1, 0.2]
+"#;
+
 /// Sensors of these: type, of what, choices, numbers.
 pub(super) const LAGS: [(&str, &str, &str, &[&str]); 12] = [
     ("effort", "lags", "", &[""]),

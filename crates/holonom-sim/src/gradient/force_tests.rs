@@ -3,7 +3,7 @@
 
 use super::force_models::{
     ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
-    ORIENTATIONS, REACTIONS, READING, THREADED, TURNS, WORKS, conservative, far, held,
+    ORIENTATIONS, REACTIONS, READING, THREADED, TUNED, TURNS, WORKS, conservative, far, held,
     without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
@@ -306,6 +306,19 @@ fn sensors_beside_signals_with_states_agree_with_differences() {
     compare_all(&text, &LAGS, PATH);
     let text = by(&without_controls(&text), "method = \"galerkin\"\norder = 4\n");
     compare_all(&text, &LAGS, "");
+}
+
+/// Of signals with states by their own numbers: gains, time constants, coefficients, starts.
+#[test]
+fn numbers_of_signals_with_states_agree_with_differences() {
+    let text = held() + TUNED;
+    let of = |kinds: &[&str]| -> Vec<_> {
+        LAGS.into_iter().filter(|own| kinds.contains(&own.0)).collect()
+    };
+    compare_all(&text, &of(&["effort", "work", "joint_acceleration"]), "");
+    compare_all(&text, &of(&["power"]), PATH);
+    let shown = "value = \"k*slow + steers*slide.rate - c*bounded + shaped + charge\"\n";
+    compare_all(&text, &[("expression", "", shown, &[""])], PATH);
 }
 
 #[test]

@@ -361,6 +361,9 @@ impl Begin {
         if let Some(elements) = own.and_then(|own| own.numbers.elements.as_ref()) {
             elements.add_begin(&self.q, &mut z);
         }
+        if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
+            signals.add_begin(at, &self.v, &mut z);
+        }
         // V_θ(q_0)
         let places = run.system().places_of_works();
         for (place, work) in places.zip(&self.works).filter(|_| own.is_some()) {

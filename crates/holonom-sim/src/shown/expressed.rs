@@ -160,7 +160,9 @@ impl Expressed {
             by.push(match tangent.expressions.get(&sensor.name) {
                 None => None,
                 Some(slope) => {
-                    let slope = Observed::expression(&slope.0, model, &Quantities::new(model));
+                    let mut apart = model.clone();
+                    apart.signals.clone_from(&tangent.signals);
+                    let slope = Observed::expression(&slope.0, &apart, &Quantities::new(&apart));
                     let slope = slope.map_err(|error| refused(key, error.message, error.help))?;
                     Some(evaluated(of_run, system, key, slope, tangents)?)
                 }

@@ -2,7 +2,7 @@
 
 use super::input::{Input, InputPlace, nothing};
 use crate::system::time_function::TimeFunctions;
-use holonom_model::{Constraint, Joint, Model, ModelError, Problem};
+use holonom_model::{Constraint, Formula, Joint, Model, ModelError, Problem};
 use std::sync::Arc;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::JointLaw;
@@ -26,6 +26,8 @@ pub struct Outside {
     pub counted: Vec<(String, usize)>,
     /// Forces whose works are internal variables of the run, by name.
     pub works: Vec<String>,
+    /// What signals evaluate beside their own: efforts of their law, in this order; `None` is zero.
+    pub watched: Vec<Option<Formula>>,
     /// Angles of a state of the same model, rad: revolutions of those at the start count from
     /// there; modulo a revolution where this is empty.
     pub angles: Vec<f64>,

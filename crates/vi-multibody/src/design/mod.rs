@@ -22,6 +22,7 @@ pub mod reaction;
 mod row_sums;
 mod rows;
 mod side_sums;
+mod signals;
 pub mod start;
 
 mod tangent;
@@ -29,6 +30,7 @@ pub mod velocity;
 
 pub use coordinate_acceleration::CoordinateAcceleration;
 pub use moved_coordinate::MovedCoordinate;
+pub use signals::SignalTangent;
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,
     Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
@@ -46,6 +48,7 @@ use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
 use rows::MovedRows;
 use side_sums::SideSums;
+use signals::OfSignals;
 use std::sync::Arc;
 use vi_constraints::Constraints;
 use vi_constraints::design::{Costates, Design, Place};
@@ -103,6 +106,7 @@ struct Parameter {
     elements: Vec<Box<dyn Explicit>>,
     rows: MovedRows, // the others
     internal: Option<Arc<dyn StepTangent>>,
+    signals: Option<SignalTangent>,
 }
 
 impl std::fmt::Debug for MechanismDesign {
@@ -235,8 +239,12 @@ impl Numbers<'_> {
         if let Some(own) = internal.clone() {
             elements.push(Box::new(OfElements { own }));
         }
+        let signals = tangent.signals.clone();
+        if let Some(own) = &signals {
+            elements.push(Box::new(OfSignals::new(own, self.forces)));
+        }
         let [products, rows] = MovedRows::of(self.mechanism, tangent)?.split();
-        Ok(Parameter { masses, products, elements, rows, internal })
+        Ok(Parameter { masses, products, elements, rows, internal, signals })
     }
 
     /// Springs and forces along joint coordinates: where their numbers change, or their joint.
@@ -318,6 +326,10 @@ impl Sink for Weighed<'_> {
 }
 
 impl Parameter {
+    fn changes_internal(&self) -> bool {
+        self.internal.is_some() || self.signals.is_some()
+    }
+
     fn touches_more(&self) -> bool {
         !(self.elements.is_empty() && self.rows.is_empty())
     }
@@ -381,6 +393,9 @@ impl Design for MechanismDesign {
         if let (Some(own), Place::Step(s)) = (&self.parameters[k].internal, at) {
             own.add_internal(s, out);
         }
+        if let (Some(own), Place::Step(s)) = (&self.parameters[k].signals, at) {
+            own.add_internal(s, out);
+        }
         let (s, weight) = match at {
             Place::Step(s) => (s, 1.0),
             Place::Gauss(s, weight) => (s, weight),
@@ -398,7 +413,7 @@ impl Design for MechanismDesign {
     fn add_internal_adjoint(&self, at: Place<'_>, y: &[f64], sums: &mut [f64]) {
         let mut change = vec![0.0; y.len()];
         for (k, sum) in (0..self.parameters.len()).zip(sums) {
-            if self.parameters[k].internal.is_some() || !self.works.is_empty() {
+            if self.parameters[k].changes_internal() || !self.works.is_empty() {
                 change.fill(0.0);
                 self.add_internal(k, at, &mut change);
                 *sum += dot(&change, y);

@@ -1,5 +1,6 @@
 //! How the numbers of a mechanism change with a parameter.
 
+use super::signals::SignalTangent;
 use crate::builder::ForceElements;
 use crate::force::spring::Damper;
 use crate::geometry::form::Form;
@@ -48,6 +49,8 @@ pub struct MechanismTangent {
     pub masses: BTreeMap<usize, SMatrix<f64, 8, 8>>,
     /// Of elements that this crate does not know.
     pub elements: Option<Arc<dyn StepTangent>>,
+    /// Of the states of signals.
+    pub signals: Option<SignalTangent>,
 }
 
 /// How elements change the equations of a step with a parameter, at fixed `(q_n, q_{n+1}, z_n)`.
@@ -84,6 +87,7 @@ impl MechanismTangent {
             efforts: self.efforts.iter().filter(|own| own.force == name).cloned().collect(),
             loads: loads.map(|(k, change)| (place(*k), *change)).collect(),
             forces: self.forces.iter().filter(|own| own.0 == name).cloned().collect(),
+            signals: self.signals.clone(),
             ..Self::default()
         }
     }

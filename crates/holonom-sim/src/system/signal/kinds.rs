@@ -1,8 +1,12 @@
 //! What the value of a signal of each kind is, and the rates of its states.
 
+use super::network::Term;
 use super::sampler::Gains;
 use super::{Source, Terms, key, label, output};
-use holonom_model::{Formula, ModelError, Pid, Signal, Transfer};
+use holonom_model::expression::{Known, Program};
+use holonom_model::{ModelError, OUTPUT, Pid, Signal, SignalPart, Transfer};
+use vi_core::Number;
+use vi_core::num_dual::Dual64;
 use vi_multibody::builder::Read;
 use vi_multibody::law::Past;
 
@@ -55,10 +59,8 @@ impl<'a> Terms<'a> {
         } else if let Some(value) = &signal.value {
             let own = [("t", Source::Input(0))];
             self.formula((&label(name), &key(name, "value")), value, &own)?
-        } else if let Some(pid) = &signal.pid {
-            self.pid(name, pid, place)?
-        } else if let Some(transfer) = &signal.transfer {
-            self.transfer(name, transfer, place)?
+        } else if signal.pid.is_some() || signal.transfer.is_some() {
+            self.value_of_parts(signal, place)?
         } else {
             self.start[place] = start;
             self.held(place, name)
@@ -67,125 +69,84 @@ impl<'a> Terms<'a> {
         Ok(source)
     }
 
-    pub(super) fn of(
-        &mut self,
-        name: &str,
-        kind: &str,
-        of: &Formula,
-    ) -> Result<Source, ModelError> {
-        let own = [("t", Source::Input(0))];
-        self.formula((&label(name), &key(name, &format!("{kind}.of"))), of, &own)
-    }
-
-    pub(super) fn feedforward(
-        &mut self,
-        name: &str,
-        pid: &Pid,
-    ) -> Result<Option<Source>, ModelError> {
-        let own = [("t", Source::Input(0))];
-        let Some(formula) = &pid.feedforward else { return Ok(None) };
-        let key = key(name, "pid.feedforward");
-        self.formula((&label(name), &key), formula, &own).map(Some)
-    }
-
-    /// A continuous controller, with the rates of its states.
-    pub(super) fn pid(
-        &mut self,
-        name: &'a str,
-        pid: &Pid,
-        place: usize,
-    ) -> Result<Source, ModelError> {
-        let error = self.of(name, "pid", &pid.of)?;
-        let ahead = self.feedforward(name, pid)?;
-        let mut from = vec![("e", error)];
-        let mut text = format!("{:?}*e", pid.proportional);
-        let integrates = pid.integral != 0.0;
-        if integrates {
-            from.push(("i", Source::State(place)));
-            text += &format!(" + {:?}*i", pid.integral);
+    /// The value of a signal by its parts; the rates of its states come later, since its value may
+    /// need none of what they read.
+    fn value_of_parts(&mut self, signal: &'a Signal, place: usize) -> Result<Source, ModelError> {
+        let name = signal.name.as_str();
+        let parts = signal.parts(&mut |_, value| Dual64::of(value));
+        let states = parts.iter().filter(|part| part.is_rate).zip(place..);
+        let states: Vec<(String, Source)> =
+            states.map(|(part, k)| (part.name.clone(), Source::State(k))).collect();
+        self.parts.insert(name, states);
+        for part in parts.iter().filter(|part| !part.is_rate) {
+            let source = self.part_of_signal(signal, part)?;
+            self.parts.entry(name).or_default().push((part.name.clone(), source));
         }
-        let filter = pid.filter.unwrap_or(1.0);
-        let filtered = place + usize::from(integrates);
-        if pid.derivative != 0.0 {
-            from.push(("d", Source::State(filtered)));
-            text += &format!(" + {:?}*((e - d)/{filter:?})", pid.derivative);
+        let known = self.parts[name].clone();
+        let of = |part: &str| known.iter().find(|(own, _)| own == part).map(|(_, source)| *source);
+        if signal.transfer.is_some() {
+            let states = known.iter().filter(|(_, source)| matches!(source, Source::State(_)));
+            self.unseen.extend(states.map(|(own, source)| (format!("{name}.{own}"), *source)));
         }
-        if let Some(ahead) = ahead {
-            from.push(("f", ahead));
-            text += " + f";
-        }
-        let owner = label(name);
-        let unlimited = self.part(&owner, &text, &from);
-        let output = match pid.limits {
-            Some([least, most]) => {
-                let text = format!("clamp(w, {least:?}, {most:?})");
-                self.part(&owner, &text, &[("w", unlimited)])
+        if signal.pid.is_some() {
+            let shown = [("e", "e"), ("u", "w"), ("i", "i"), ("d", "d")];
+            let shown = shown.into_iter().filter_map(|(shown, part)| Some((shown, of(part)?)));
+            self.output.extend(shown.map(|(part, source)| output::Part::new(name, part, source)));
+            if let (Some(Source::State(state)), Some(error)) = (of("d"), of("e")) {
+                self.filtered.push((state, error));
             }
-            None => unlimited,
-        };
-        let gains = gains(pid);
-        let mut parts = vec![("e", error), ("u", unlimited)];
-        if integrates {
-            parts.push(("i", Source::State(place)));
-            let rate = match gains.tracking {
-                Some(time) => {
-                    let text = format!("e + (u - w)/{:?}", pid.integral * time);
-                    self.part(&owner, &text, &[("e", error), ("u", output), ("w", unlimited)])
-                }
-                None => error,
-            };
-            self.rates[place] = Some(rate);
         }
-        if pid.derivative != 0.0 {
-            parts.push(("d", Source::State(filtered)));
-            let text = format!("(e - d)/{filter:?}");
-            let from = [("e", error), ("d", Source::State(filtered))];
-            self.rates[filtered] = Some(self.part(&owner, &text, &from));
-            self.filtered.push((filtered, error));
-        }
-        let parts = parts.into_iter().map(|(part, source)| output::Part::new(name, part, source));
-        self.output.extend(parts);
-        Ok(output)
+        Ok(of(OUTPUT).expect("every signal has an output"))
     }
 
-    /// A transfer function, with the rates of its states.
-    pub(super) fn transfer(
+    /// A part of a signal, of its own expressions, its states and the parts that are known.
+    fn part_of_signal(
         &mut self,
-        name: &str,
-        transfer: &Transfer,
-        place: usize,
+        signal: &'a Signal,
+        part: &SignalPart,
     ) -> Result<Source, ModelError> {
-        let Transfer { of, numerator, denominator } = transfer;
-        let n = denominator.len() - 1;
-        let lead = denominator[0];
-        let a: Vec<f64> = denominator.iter().map(|c| c / lead).collect();
-        let mut b = vec![0.0; n + 1 - numerator.len()];
-        b.extend(numerator.iter().map(|c| c / lead));
-        let states: Vec<String> = (1..=n).map(|k| format!("x{k}")).collect();
-        let mut from: Vec<(&str, Source)> =
-            states.iter().zip(place..).map(|(x, k)| (x.as_str(), Source::State(k))).collect();
-        let sum = |c: &dyn Fn(usize) -> f64| {
-            let terms = (1..=n).filter(|k| c(*k) != 0.0);
-            terms.map(|k| format!(" + {:?}*x{k}", c(k))).collect::<String>()
-        };
-        let owner = label(name);
-        let (text, direct) = (sum(&|k| b[k] - a[k] * b[0]), b[0] != 0.0);
-        // without a direct part the value needs nothing at once: signals in a circle
-        let value = (!direct).then(|| self.part(&owner, &format!("0{text}"), &from));
-        if let (Some(value), Some((name, _))) = (value, self.places.get_key_value(name)) {
-            self.signals.insert(name, value);
+        let (name, mut read) = (signal.name.as_str(), Vec::<String>::new());
+        let program = Program::parse(&part.text, &mut |name| {
+            if let Some((_, number)) = part.numbers.iter().find(|(own, _)| own == name) {
+                return Some(Known::Constant(number.re));
+            }
+            Some(Known::Input(read.iter().position(|own| own == name).unwrap_or_else(|| {
+                read.push(name.to_owned());
+                read.len() - 1
+            })))
+        });
+        let program = program.expect("numbers of a valid model");
+        let mut from = Vec::new();
+        for read in read {
+            let known = self.parts.get(name).into_iter().flatten();
+            let known = known.clone().find(|(own, _)| *own == read).map(|(_, source)| *source);
+            let source = match known {
+                Some(source) => source,
+                None => self.stated(signal, &read)?,
+            };
+            from.push((source, read));
         }
-        let input = self.of(name, "transfer", of)?;
-        from.push(("u", input));
-        let rate = self.part(&owner, &format!("u{}", sum(&|k| -a[k])), &from);
-        self.rates[place] = Some(rate);
-        for k in 1..n {
-            self.rates[place + k] = Some(Source::State(place + k - 1));
+        if let [(source, read)] = &from[..]
+            && *read == part.text
+        {
+            return Ok(*source);
         }
-        Ok(value.unwrap_or_else(|| self.part(&owner, &format!("{:?}*u{text}", b[0]), &from)))
+        Ok(self.term(Term { owner: label(name), program, from, is_own: true }))
     }
 
-    /// The rates of states whose value needs none of what they read.
+    /// What a signal states as an expression, `of` or `feedforward`.
+    pub(super) fn stated(&mut self, signal: &'a Signal, part: &str) -> Result<Source, ModelError> {
+        let own = [("t", Source::Input(0))];
+        let mut all = signal.formulas();
+        let found = all.find(|(key, _)| key.ends_with(&format!(".{part}")));
+        let (of, formula) = found.expect("it is stated");
+        let name = &signal.name;
+        let source = self.formula((&label(name), &key(name, of)), formula, &own)?;
+        self.parts.entry(name).or_default().push((part.to_owned(), source));
+        Ok(source)
+    }
+
+    /// The rates of the states of a signal.
     pub(super) fn add_rates(&mut self, signal: &'a Signal) -> Result<(), ModelError> {
         let (place, name) = (self.place(signal), signal.name.as_str());
         let own = [("t", Source::Input(0))];
@@ -193,11 +154,12 @@ impl<'a> Terms<'a> {
             let rate = self.formula((&label(name), &key(name, "rate")), rate, &own)?;
             self.rates[place] = Some(rate);
         }
-        if let Some(filter) = &signal.filter {
-            let of = self.of(name, "filter", &filter.of)?;
-            let text = format!("(of - u)/{:?}", filter.time_constant);
-            let from = [("of", of), ("u", Source::State(place))];
-            self.rates[place] = Some(self.part(&label(name), &text, &from));
+        if signal.filter.is_some() {
+            self.parts.insert(name, vec![(OUTPUT.to_owned(), Source::State(place))]);
+        }
+        let parts = signal.parts(&mut |_, value| Dual64::of(value));
+        for (part, state) in parts.iter().filter(|part| part.is_rate).zip(place..) {
+            self.rates[state] = Some(self.part_of_signal(signal, part)?);
         }
         Ok(())
     }

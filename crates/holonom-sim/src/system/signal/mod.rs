@@ -1,11 +1,6 @@
 //! `[[signal]]` of a model: terms of a network, states, held values, what happens at nodes.
 //!
-//! ```text
-//! rate       ż = rate                        filter    ż = (of − z)/T
-//! pid        İ = e + (u − w)/(k_i T_t),  Ḋ = (e − D)/T_f,
-//!            w = k_p e + k_i I + k_d (e − D)/T_f + feedforward,  u = clamp(w),  I(0) = 0, D(0) = e(0)
-//! transfer   controllable form: ẋ_1 = of − Σ a_k x_k,  ẋ_k = x_{k−1},  y = Σ (b_k − a_k b_0) x_k + b_0 of
-//! ```
+//! Formulas of filters, controllers and transfer functions: `holonom_model`, `signal_parts`.
 //!
 //! | file | concept |
 //! |---|---|
@@ -45,6 +40,7 @@ pub(crate) struct Terms<'a> {
     inputs: Vec<(Read, String)>, // the time first
     signals: BTreeMap<&'a str, Source>,
     places: BTreeMap<&'a str, usize>, // the first internal variable of each signal
+    parts: BTreeMap<&'a str, Vec<(String, Source)>>, // what signals consist of, as far as known
     states: usize,
     rates: Vec<Option<Source>>,
     start: Vec<f64>,
@@ -52,6 +48,7 @@ pub(crate) struct Terms<'a> {
     filtered: Vec<(usize, Source)>,
     measured: Vec<(String, usize)>, // columns of sensors, and where they are held
     output: Vec<output::Part>,
+    unseen: Vec<(String, Source)>, // states that are not written
 }
 
 impl<'a> Terms<'a> {
@@ -68,6 +65,7 @@ impl<'a> Terms<'a> {
             inputs: vec![(Read::Time, "t".to_owned())],
             signals: BTreeMap::new(),
             places: BTreeMap::new(),
+            parts: BTreeMap::new(),
             states: 0,
             rates: Vec::new(),
             start: Vec::new(),
@@ -75,6 +73,7 @@ impl<'a> Terms<'a> {
             filtered: Vec::new(),
             measured: Vec::new(),
             output: Vec::new(),
+            unseen: Vec::new(),
         };
         let (mut states, mut held) = (0, 0);
         let all = model.signals.iter().map(|signal| (signal, sizes(signal, model.settings.step)));
@@ -253,7 +252,7 @@ impl<'a> Terms<'a> {
         Ok(self.term(Term { owner: owner.to_owned(), program, from, is_own: false }))
     }
 
-    /// Adds a part of a signal.
+    /// Adds an expression of what is known.
     pub(crate) fn part(&mut self, owner: &str, text: &str, from: &[(&str, Source)]) -> Source {
         let place = |name: &str| from.iter().position(|(own, _)| *own == name);
         let program = Program::parse(text, &mut |name| place(name).map(Known::Input));

@@ -26,6 +26,8 @@ impl Part {
 pub(crate) struct SignalNetwork {
     pub(crate) network: Arc<Network>,
     pub(crate) parts: Vec<Part>,
+    /// States that are not written, by their full names.
+    pub(crate) states: Vec<(String, Source)>,
     /// Numbers that only events change, and where they are held.
     pub(crate) numbers: Vec<(String, usize)>,
     /// Columns of sensors that are read as they were at the node before, and where they are held.
@@ -57,8 +59,10 @@ impl SignalGauge {
     /// Where the number of a signal comes from, by the name of its column.
     pub(crate) fn source(&self, name: &str) -> Option<Source> {
         let (signal, part) = name.split_once('.').unwrap_or((name, ""));
-        let parts = self.own.parts.iter();
-        parts.filter(|own| own.signal == signal && own.part == part).map(|own| own.source).next()
+        let mut parts = self.own.parts.iter();
+        let found = parts.find(|own| own.signal == signal && own.part == part);
+        let state = || self.own.states.iter().find(|(own, _)| own == name);
+        found.map(|own| own.source).or_else(|| state().map(|(_, source)| *source))
     }
 
     /// The value of a number at a node as [`SignalGauge::read`] finds it.

@@ -95,6 +95,13 @@ impl<'a> Terms<'a> {
             return Ok(None);
         }
         let tasks = self.tasks()?;
+        let names = self.names;
+        let watched = names.outside.watched.iter().map(|own| {
+            let Some(formula) = own else { return Ok(None) };
+            let time = [("t", Source::Input(0))];
+            self.formula(("signals", "signal"), formula, &time).map(Some)
+        });
+        let watched: Vec<Option<Source>> = watched.collect::<Result<_, ModelError>>()?;
         let known = std::mem::take(&mut self.output);
         let of = |signal: &Signal, part: &str| {
             known.iter().find(|own| own.signal == signal.name && own.part == part).cloned()
@@ -106,7 +113,7 @@ impl<'a> Terms<'a> {
         let all = |n: usize| (0..n).collect::<Vec<usize>>();
         let (terms, inputs, states) =
             (all(self.terms.len()), all(self.inputs.len()), all(self.states));
-        let network = self.part_of(&terms, &inputs, &states, &[], false);
+        let network = self.part_of(&terms, &inputs, &states, &watched, false);
         let held = self.inputs.iter().enumerate().filter_map(|(k, (read, _))| match read {
             Read::Held(place) => Some((k, Held::At(*place))),
             Read::Past(past) => Some((k, Held::Past(*past))),
@@ -128,7 +135,8 @@ impl<'a> Terms<'a> {
         let numbers =
             numbers.map(|own| (own.name.clone(), self.places[own.name.as_str()])).collect();
         let measured = std::mem::take(&mut self.measured);
-        Ok(Some(output::SignalNetwork { network, parts: output, numbers, measured }))
+        let states = std::mem::take(&mut self.unseen);
+        Ok(Some(output::SignalNetwork { network, parts: output, states, numbers, measured }))
     }
 
     /// The value of each signal, before its parts.

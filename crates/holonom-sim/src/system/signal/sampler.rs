@@ -161,14 +161,15 @@ impl Sampler for NodeTasks {
     }
 
     /// Of states alone: what is sampled or kept has no derivative.
-    fn begin_change(&self, y: &[f64], dy: &[f64], change: &mut [f64]) {
+    fn begin_change(&self, y: &[f64], dy: &[f64], own: &[f64], change: &mut [f64]) {
         let mut internal = self.start.clone();
-        let mut own = y.to_vec();
-        change.fill(0.0);
+        let mut y = y.to_vec();
+        change.copy_from_slice(own);
         for (state, of) in self.filtered.iter().chain(&self.filtered) {
-            let value = self.value(*of, &mut own, &internal);
+            let value = self.value(*of, &mut y, &internal);
             let by = [dy, &change[..self.states]];
-            change[*state] = self.network.change(*of, [&own, &internal[..self.states]], by);
+            let read = self.network.change(*of, [&y, &internal[..self.states]], by);
+            change[*state] = own[*state] + read;
             internal[*state] = value;
         }
     }

@@ -13,8 +13,8 @@ impl<'a> Terms<'a> {
         let step = model.settings.step;
         for signal in &model.signals {
             let (place, name) = (self.place(signal), signal.name.as_str());
-            if let (Some(past), Some(delay)) = (self.pasts.get(name).copied(), &signal.delay) {
-                let of = self.of(name, "delay", &delay.of)?;
+            if let Some(past) = self.pasts.get(name).copied() {
+                let of = self.stated(signal, "of")?;
                 all.push((place, of, None, Due { every: 1, task: Task::Keep { past, of } }));
             }
             let Some(period) = signal.every else { continue };
@@ -27,8 +27,10 @@ impl<'a> Terms<'a> {
                 let task = Task::Value { held: place, of };
                 all.push((place, of, None, Due { every, task }));
             } else if let Some(pid) = &signal.pid {
-                let error = self.of(name, "pid", &pid.of)?;
-                let feedforward = self.feedforward(name, pid)?;
+                let error = self.stated(signal, "of")?;
+                let ahead = pid.feedforward.is_some();
+                let feedforward =
+                    if ahead { Some(self.stated(signal, "feedforward")?) } else { None };
                 let gains = gains(pid);
                 let task = Task::Pid { held: place, error, feedforward, gains, period };
                 all.push((place, error, feedforward, Due { every, task }));

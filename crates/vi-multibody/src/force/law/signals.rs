@@ -23,8 +23,9 @@ pub trait Sampler: Send + Sync {
     fn sample(&self, step: u64, y: &[f64], internal: &mut [f64]);
     /// `internal ←` the values at the start of a motion.
     fn begin(&self, y: &[f64], internal: &mut [f64]);
-    /// `change ←` how these change where the inputs change by `dy`.
-    fn begin_change(&self, y: &[f64], dy: &[f64], change: &mut [f64]);
+    /// `change ←` how these change where the inputs change by `dy`, and what is stated by `own`,
+    /// shape [`Sampler::count`].
+    fn begin_change(&self, y: &[f64], dy: &[f64], own: &[f64], change: &mut [f64]);
 }
 
 /// All states and held values of the signals of a model.
@@ -47,6 +48,29 @@ impl SignalStates {
     #[must_use]
     pub fn new(reading: Reading, sampler: Arc<dyn Sampler>) -> Self {
         Self { reading, sampler, collocation: Mutex::default() }
+    }
+
+    /// With the efforts of the law in a step, at the middle of its states.
+    pub fn with_efforts_in_step<T>(&self, s: &Interval, then: impl FnOnce(&[f64]) -> T) -> T {
+        self.reading.with_values_in_step(s, |work| then(work.efforts()))
+    }
+
+    /// With the efforts of the law at a node where the internal variables are listed.
+    pub fn with_efforts_at_node<T>(
+        &self,
+        at: Configuration<'_>,
+        v: &[f64],
+        then: impl FnOnce(&[f64]) -> T,
+    ) -> T {
+        self.reading.with_values_at_node(at, v, |work| then(work.efforts()))
+    }
+
+    /// `out ←` how what they begin with changes where what is stated changes by `own`.
+    pub fn begin_stated(&self, at: Configuration<'_>, v: &[f64], own: &[f64], out: &mut [f64]) {
+        let still = vec![0.0; self.reading.inputs.len()];
+        let mut begun = vec![0.0; out.len()];
+        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &still, own, out);
+        self.reading.with_inputs(at, v, &mut begun, begin);
     }
 
     /// `out ←` the internal variables at a node of an equilibrium: states where they rest, held
@@ -101,7 +125,8 @@ impl Signals for SignalStates {
         };
         let dy: Vec<f64> = self.reading.inputs.iter().map(change).collect();
         let mut begun = vec![0.0; out.len()];
-        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &dy, out);
+        let stated = vec![0.0; out.len()];
+        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &dy, &stated, out);
         self.reading.with_inputs(at, v, &mut begun, begin);
     }
 

@@ -1,0 +1,144 @@
+//! Signals by a parameter: what their values and the rates of their states are by it.
+//!
+//! ```text
+//! s = e(θ; …)        s_θ: an expression that reads what e reads
+//! ż = φ(θ; y, z)     φ_θ likewise;    z(0) = start, or what is filtered
+//! ```
+//! A signal with states is taken apart into signals that are values or rates ([`Signal::parts`]),
+//! which have the states of the signal in their order.
+
+use super::{LEAVE_OUT, refused};
+use holonom_model::expression::Moving;
+use holonom_model::{
+    Formula, Model, ModelError, MovingText, OUTPUT, ParameterTangent, Signal, SignalPart, Slopes,
+};
+use std::collections::BTreeMap;
+use vi_constraints::Method;
+use vi_core::num_dual::Dual64;
+
+/// The signals of a model, taken apart.
+#[derive(Default)]
+pub(super) struct SignalsApart {
+    pub(super) signals: Vec<Signal>,
+    /// Expressions that a parameter changes, by the key of the part.
+    pub(super) texts: BTreeMap<String, MovingText>,
+    /// What is taken of the keys of the model: where the expressions of a part stand.
+    pub(super) keys: BTreeMap<String, Vec<String>>,
+}
+
+/// A signal, or a part of one, that is a value or has a rate.
+fn own(name: String, is_rate: bool, text: String) -> Signal {
+    let formula = Some(Formula(text));
+    match is_rate {
+        true => Signal { name, rate: formula, ..Signal::default() },
+        false => Signal { name, value: formula, ..Signal::default() },
+    }
+}
+
+impl SignalsApart {
+    pub(super) fn new(
+        parameter: &ParameterTangent,
+        model: &Model,
+        slopes: &Slopes<'_>,
+    ) -> Result<Self, ModelError> {
+        let mut all = Self::default();
+        for signal in &model.signals {
+            let at =
+                |key: &str, value| slopes.number(&format!("signal.{}.{key}", signal.name), value);
+            let parts = signal.parts(&mut |key, value| at(key, value));
+            let vanishes = |(_, own): &(String, Dual64)| own.re == 0.0 && own.eps != 0.0;
+            if parts.iter().flat_map(|part| &part.numbers).any(|own| vanishes(own)) {
+                let what = format!("the derivative by `{}` of a part that is zero", parameter.name);
+                return Err(refused(&format!("signal.{}", signal.name), what, LEAVE_OUT));
+            }
+            match &parts[..] {
+                [] => all.signals.push(signal.clone()),
+                parts => parts.iter().for_each(|part| all.add(parameter, signal, part)),
+            }
+        }
+        Ok(all)
+    }
+
+    /// Adds a part of a signal.
+    fn add(&mut self, parameter: &ParameterTangent, signal: &Signal, part: &SignalPart) {
+        let of = &signal.name;
+        let full = |part: &str| match part {
+            OUTPUT => of.clone(),
+            "w" => format!("{of}.u"), // as it is shown
+            _ => format!("{of}.{part}"),
+        };
+        let stated = |name: &str| {
+            let mut all = signal.formulas();
+            let found = all.find(|(key, _)| key.ends_with(&format!(".{name}")));
+            found.map(|(key, formula)| (format!("signal.{of}.{key}"), formula))
+        };
+        let number = |name: &str| part.numbers.iter().find(|(own, _)| own == name);
+        let (mut moving, mut keys) = (BTreeMap::new(), Vec::new());
+        let still = part.renamed(&mut |name| match (number(name), stated(name)) {
+            (Some((_, own)), _) => format!("({:?})", own.re),
+            (_, Some((_, formula))) => format!("({})", formula.0),
+            _ => full(name),
+        });
+        let changing = part.renamed(&mut |name| match (number(name), stated(name)) {
+            (Some((_, own)), _) if own.eps == 0.0 => format!("({:?})", own.re),
+            (Some((_, own)), _) => {
+                let (value, slope) = (format!("({:?})", own.re), format!("({:?})", own.eps));
+                moving.insert(format!("{of}.{name}"), Moving { value, slope });
+                format!("{of}.{name}")
+            }
+            (_, Some((key, formula))) => {
+                let text = match parameter.formulas.get(&key) {
+                    None => formula.0.clone(),
+                    Some(own) => {
+                        moving.extend(own.moving.clone());
+                        own.text.clone()
+                    }
+                };
+                keys.push(key);
+                format!("({text})")
+            }
+            _ => full(name),
+        });
+        let name = full(&part.name);
+        let path = format!("signal.{name}.{}", if part.is_rate { "rate" } else { "value" });
+        self.keys.insert(path.clone(), keys);
+        self.texts.insert(path, MovingText { text: changing, moving });
+        self.signals.push(own(name, part.is_rate, still));
+    }
+}
+
+/// How the states of signals change: their rates, and what they begin with.
+#[derive(Default)]
+pub(super) struct StateSlopes {
+    rates: Vec<Option<Formula>>,
+    starts: Vec<Option<Formula>>,
+}
+
+impl StateSlopes {
+    /// Adds a state.
+    pub(super) fn push(&mut self, rate: Option<Formula>, start: Option<Formula>) {
+        self.rates.push(rate);
+        self.starts.push(start);
+    }
+
+    /// Of all states, rates and then starts; `None` where no state changes.
+    pub(super) fn watched(&self) -> Option<Vec<Option<Formula>>> {
+        let all: Vec<_> = self.rates.iter().chain(&self.starts).cloned().collect();
+        all.iter().any(Option::is_some).then_some(all)
+    }
+
+    /// # Errors
+    /// [`ModelError`] where a state changes in steps or from a start that do not know it.
+    pub(super) fn supported(&self, name: &str, model: &Model) -> Result<(), ModelError> {
+        let settings = &model.settings;
+        if self.watched().is_none() {
+            return Ok(());
+        }
+        if let Method::Galerkin(_) = settings.method() {
+            let what = format!("the derivative by `{name}` of states of signals in Galerkin steps");
+            let help = format!("write method = \"composition\", or {LEAVE_OUT}");
+            return Err(refused("simulation.method", what, help));
+        }
+        Ok(())
+    }
+}

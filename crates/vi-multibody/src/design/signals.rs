@@ -1,0 +1,120 @@
+//! Rates of states of signals by a parameter, and what the states begin with.
+//!
+//! ```text
+//! z̄ = z_n + (h/2) φ,  z_{n+1} = 2 z̄ − z_n,   ψ = (h/2) φ_θ(y, z̄)
+//! (f_d^∓)_θ = ∂f_d^∓/∂z_n ψ,   (z_{n+1})_θ = ∂z_{n+1}/∂z_n ψ + ψ                                    [2.58]
+//! ```
+//! The change of a rate acts as one of the start of the step that its end has, too.
+
+use super::explicit::{Explicit, Sink};
+use crate::builder::{ElementForce, ForceElements};
+use crate::force::law::SignalStates;
+use vi_constraints::design::Place;
+use vi_core::Configuration;
+use vi_core::force::DiscreteForce;
+use vi_core::interval::{Interval, Slot};
+use vi_core::signals::Signals;
+use vi_core::sparse::Entries;
+
+/// How the states of signals change with a parameter.
+#[derive(Clone, Debug)]
+pub struct SignalTangent {
+    states: SignalStates,
+    changes: SignalStates,
+}
+
+/// A matrix times `ψ`, row by row.
+struct Times<'a, F> {
+    first: usize,
+    shift: &'a [f64],
+    visit: F,
+}
+
+impl<F: FnMut(usize, f64)> Entries for Times<'_, F> {
+    fn add(&mut self, row: usize, column: usize, value: f64) {
+        let shift = column.checked_sub(self.first).and_then(|place| self.shift.get(place));
+        if let Some(shift) = shift.filter(|shift| **shift != 0.0) {
+            (self.visit)(row, value * shift);
+        }
+    }
+}
+
+impl SignalTangent {
+    /// Of the states of a run, of which the internal variables begin at `first`. `changes`: the
+    /// same states, with `φ_θ` and then the derivatives of what they begin with as efforts, each
+    /// in the order of the states.
+    #[must_use]
+    pub fn new(mut states: SignalStates, mut changes: SignalStates, first: usize) -> Self {
+        (states.reading.first, changes.reading.first) = (first, first);
+        Self { states, changes }
+    }
+
+    /// `ψ` of all internal variables of signals.
+    fn shift(&self, s: &Interval) -> Vec<f64> {
+        let mut shift = vec![0.0; self.states.count()];
+        self.changes.with_efforts_in_step(s, |efforts| {
+            for (place, rate) in self.states.reading.states.iter().zip(efforts) {
+                shift[*place] = 0.5 * s.h * rate;
+            }
+        });
+        shift
+    }
+
+    /// `out ← out + (z_{n+1})_θ`; shape of all internal variables.
+    pub(super) fn add_internal(&self, s: &Interval, out: &mut [f64]) {
+        let (shift, first) = (self.shift(s), self.states.reading.first);
+        let visit = |row: usize, value: f64| out[first + row] += value;
+        self.states.advance_internal_slope(s, &mut Times { first: 0, shift: &shift, visit });
+        out[first..].iter_mut().zip(&shift).for_each(|(out, shift)| *out += shift);
+    }
+
+    /// `out ← out + z_θ` at the start of a motion with the velocity `v`; shape of all internal
+    /// variables.
+    pub fn add_begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        let (first, count) = (self.states.reading.first, self.states.count());
+        let mut internal = vec![0.0; first + count];
+        self.states.begin(at, v, &mut internal[first..]);
+        let mut own = vec![0.0; count];
+        let at = Configuration { internal: &internal, ..at };
+        self.changes.with_efforts_at_node(at, v, |efforts| {
+            let states = &self.states.reading.states;
+            for (place, change) in states.iter().zip(&efforts[states.len()..]) {
+                own[*place] = *change;
+            }
+        });
+        let mut change = vec![0.0; count];
+        self.states.begin_stated(at, v, &own, &mut change);
+        out[first..].iter_mut().zip(&change).for_each(|(out, change)| *out += change);
+    }
+}
+
+/// Forces that read the states.
+pub(super) struct OfSignals {
+    own: SignalTangent,
+    forces: Vec<Box<dyn DiscreteForce>>,
+}
+
+impl OfSignals {
+    pub(super) fn new(own: &SignalTangent, forces: &ForceElements) -> Self {
+        let reads =
+            |force: &&ElementForce| matches!(force, ElementForce::Law(_) | ElementForce::Six(_));
+        let first = own.states.reading.first;
+        let forces = forces.forces.iter().map(|named| &named.force).filter(reads);
+        Self { own: own.clone(), forces: forces.map(|force| force.discrete(first)).collect() }
+    }
+}
+
+impl Explicit for OfSignals {
+    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
+        let Place::Step(s) = at else { return };
+        let (shift, first) = (self.own.shift(s), self.own.states.reading.first);
+        for force in &self.forces {
+            let visit = |i: usize, f: f64| out.minus(i, f);
+            let mut times = Times { first, shift: &shift, visit };
+            force.add_internal_slope(s, Slot::First, &mut times);
+            let visit = |i: usize, f: f64| out.plus(i, f);
+            let mut times = Times { first, shift: &shift, visit };
+            force.add_internal_slope(s, Slot::Second, &mut times);
+        }
+    }
+}
