@@ -5,6 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
+use vi_core::Number;
 
 /// A history that is no function of time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -58,77 +59,78 @@ pub enum HistoryError {
 /// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "type", rename_all = "snake_case", deny_unknown_fields)]
-pub enum TimeHistory {
+#[serde(bound(deserialize = "T: Number + Deserialize<'de>"))]
+pub enum TimeHistory<T = f64> {
     /// The same at all times.
     Constant {
         /// The value.
         #[serde(default = "one")]
-        amplitude: f64,
+        amplitude: T,
     },
     /// `slope · t` at all times, also before zero: a load factor that grows with the time of
     /// statics.
     Linear {
         /// 1/s.
-        slope: f64,
+        slope: T,
     },
     /// Zero until `start`, then linear up to `amplitude` at `end`, then constant.
     Ramp {
         /// s.
-        start: f64,
+        start: T,
         /// s.
-        end: f64,
+        end: T,
         /// Value from `end` on.
         #[serde(default = "one")]
-        amplitude: f64,
+        amplitude: T,
     },
     /// `amplitude` for `start ≤ t < end`, zero otherwise.
     #[serde(alias = "rectangle")]
     Pulse {
         /// s.
-        start: f64,
+        start: T,
         /// s.
-        end: f64,
+        end: T,
         /// Height.
         #[serde(default = "one")]
-        amplitude: f64,
+        amplitude: T,
     },
     /// Linear from zero at `start` to `amplitude` at `peak` and back to zero at `end`.
     Triangle {
         /// s.
-        start: f64,
+        start: T,
         /// s.
-        peak: f64,
+        peak: T,
         /// s.
-        end: f64,
+        end: T,
         /// Height.
         #[serde(default = "one")]
-        amplitude: f64,
+        amplitude: T,
     },
     /// `offset + amplitude sin(2π frequency t + phase)`.
     Harmonic {
         /// Hz.
-        frequency: f64,
+        frequency: T,
         /// rad.
-        #[serde(default)]
-        phase: f64,
+        #[serde(default = "zero")]
+        phase: T,
         /// Amplitude of the oscillation.
         #[serde(default = "one")]
-        amplitude: f64,
+        amplitude: T,
         /// Mean value.
-        #[serde(default)]
-        offset: f64,
+        #[serde(default = "zero")]
+        offset: T,
     },
     /// Piecewise linear through points `[t, f]`; zero before the first, constant after the last.
     Table {
         /// Points in the order of time; equal times are a jump.
-        points: Vec<[f64; 2]>,
+        points: Vec<[T; 2]>,
     },
     /// One value after the other, each for a time; zero before the first and after the last.
     Steps {
         /// s.
         step: f64,
         /// Values.
-        values: Vec<f64>,
+        values: Vec<T>,
     },
     /// Any function of the time.
     #[serde(skip)]
@@ -159,8 +161,12 @@ impl PartialEq for TimeFunction {
     }
 }
 
-fn one() -> f64 {
-    1.0
+fn zero<T: Number>() -> T {
+    T::of(0.0)
+}
+
+fn one<T: Number>() -> T {
+    T::of(1.0)
 }
 
 impl Default for TimeHistory {
@@ -170,47 +176,47 @@ impl Default for TimeHistory {
     }
 }
 
-impl TimeHistory {
+impl<T: Number> TimeHistory<T> {
     /// The factor at time `t`, s.
     #[must_use]
-    pub fn value(&self, t: f64) -> f64 {
+    pub fn value(&self, t: f64) -> T {
+        let (zero, time) = (T::of(0.0), T::of(t));
         match *self {
             Self::Constant { amplitude } => amplitude,
-            Self::Linear { slope } => slope * t,
+            Self::Linear { slope } => slope * time,
             Self::Ramp { start, end, amplitude } => {
-                if t < start {
-                    0.0
-                } else if t < end {
-                    amplitude * (t - start) / (end - start)
+                if t < Number::real(start) {
+                    zero
+                } else if t < Number::real(end) {
+                    amplitude * (time - start) / (end - start)
                 } else {
                     amplitude
                 }
             }
             Self::Pulse { start, end, amplitude } => {
-                if start <= t && t < end {
-                    amplitude
-                } else {
-                    0.0
-                }
+                if Number::real(start) <= t && t < Number::real(end) { amplitude } else { zero }
             }
             Self::Triangle { start, peak, end, amplitude } => {
-                if t < start || t >= end {
-                    0.0
-                } else if t < peak {
-                    amplitude * (t - start) / (peak - start)
+                if t < Number::real(start) || t >= Number::real(end) {
+                    zero
+                } else if t < Number::real(peak) {
+                    amplitude * (time - start) / (peak - start)
                 } else {
-                    amplitude * (end - t) / (end - peak)
+                    amplitude * (end - time) / (end - peak)
                 }
             }
             Self::Harmonic { frequency, phase, amplitude, offset } => {
-                offset + amplitude * libm::sin(std::f64::consts::TAU * frequency * t + phase)
+                let angle = T::of(std::f64::consts::TAU) * frequency * time + phase;
+                offset + amplitude * angle.sine_cosine()[0]
             }
             Self::Table { ref points } => table(points, t),
             Self::Steps { step, ref values } => steps(step, values, t),
-            Self::Function(TimeFunction(ref value)) => value(t),
+            Self::Function(TimeFunction(ref value)) => T::of(value(t)),
         }
     }
+}
 
+impl TimeHistory {
     /// The derivative of the factor by the time, 1/s; `None` of histories with kinks or jumps, and
     /// of functions.
     #[must_use]
@@ -280,23 +286,23 @@ impl TimeHistory {
 const ROUNDED: f64 = 1e-9;
 
 /// The value of the step in which `t` lies; at its beginning its own.
-fn steps(step: f64, values: &[f64], t: f64) -> f64 {
+fn steps<T: Number>(step: f64, values: &[T], t: f64) -> T {
     let at = libm::floor(t / step + ROUNDED);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // whole and not negative
     let own = if at >= 0.0 { values.get(at as usize) } else { None };
-    own.copied().unwrap_or(0.0)
+    own.copied().unwrap_or(T::of(0.0))
 }
 
 /// Binary search for the points around `t`, then linear interpolation.
-fn table(points: &[[f64; 2]], t: f64) -> f64 {
-    let after = points.partition_point(|point| point[0] <= t);
+fn table<T: Number>(points: &[[T; 2]], t: f64) -> T {
+    let after = points.partition_point(|point| Number::real(point[0]) <= t);
     if after == 0 {
-        return 0.0;
+        return T::of(0.0);
     }
     let [t0, f0] = points[after - 1];
     match points.get(after) {
         None => f0,
-        Some([t1, f1]) => f0 + (f1 - f0) * ((t - t0) / (t1 - t0)),
+        Some(&[t1, f1]) => f0 + (f1 - f0) * ((T::of(t) - t0) / (t1 - t0)),
     }
 }
 

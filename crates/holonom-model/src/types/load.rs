@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use vi_core::Number;
 use vi_rigid::time_history::{TimeFunction, TimeHistory};
 
 use super::formula_or_table::{self, FormulaOr};
@@ -26,6 +27,9 @@ pub enum History {
     /// An expression of `t` and of tables.
     #[serde(skip)]
     Expression(Formula),
+    /// A function of the time, s, of no file.
+    #[serde(skip)]
+    Function(TimeFunction),
     /// 1 at all times, also in statics.
     Constant,
     /// `t/end`: 1 at `end`, and growing beyond.
@@ -120,8 +124,20 @@ impl History {
     /// value.
     #[must_use]
     pub fn time_history(&self, curves: &Curves<'_>) -> TimeHistory {
-        let amplitude = 1.0;
+        self.with_numbers(curves, &mut |_, value| value)
+    }
+
+    /// The same of numbers that are taken by their keys, those by which its values are continuous:
+    /// all but the times of pulses, of a jump at the start of a table, and how long steps hold.
+    #[must_use]
+    pub fn with_numbers<T: Number>(
+        &self,
+        curves: &Curves<'_>,
+        number: &mut dyn FnMut(&str, f64) -> T,
+    ) -> TimeHistory<T> {
+        let amplitude = T::of(1.0);
         match self {
+            Self::Function(function) => TimeHistory::Function(function.clone()),
             Self::Expression(_) => {
                 let program = self.program(curves);
                 let value = move |t| {
@@ -131,22 +147,36 @@ impl History {
                 TimeHistory::Function(TimeFunction::new(value))
             }
             Self::Unstated | Self::Constant => TimeHistory::Constant { amplitude },
-            &Self::Linear { end } => TimeHistory::Linear { slope: 1.0 / end },
-            &Self::Ramp { start, end } => TimeHistory::Ramp { start, end, amplitude },
-            &Self::Pulse { start, end } => TimeHistory::Pulse { start, end, amplitude },
+            &Self::Linear { end } => TimeHistory::Linear { slope: T::of(1.0) / number("end", end) },
+            &Self::Ramp { start, end } => {
+                let (start, end) = (number("start", start), number("end", end));
+                TimeHistory::Ramp { start, end, amplitude }
+            }
+            &Self::Pulse { start, end } => {
+                TimeHistory::Pulse { start: T::of(start), end: T::of(end), amplitude }
+            }
             &Self::Triangle { start, peak, end } => {
-                TimeHistory::Triangle { start, peak, end, amplitude }
+                let (start, peak) = (number("start", start), number("peak", peak));
+                TimeHistory::Triangle { start, peak, end: number("end", end), amplitude }
             }
             &Self::Harmonic { frequency, phase } => {
-                TimeHistory::Harmonic { frequency, phase, amplitude, offset: 0.0 }
+                let (frequency, phase) = (number("frequency", frequency), number("phase", phase));
+                TimeHistory::Harmonic { frequency, phase, amplitude, offset: T::of(0.0) }
             }
             Self::Table { times, values } => {
-                let points = times.iter().zip(values).map(|(t, f)| [*t, *f]).collect();
-                TimeHistory::Table { points }
+                let each = times.iter().zip(values).enumerate();
+                let points = each.map(|(k, (t, f))| {
+                    let jumps = k == 0 && *f != 0.0;
+                    let time = if jumps { T::of(*t) } else { number(&format!("times.{k}"), *t) };
+                    [time, number(&format!("values.{k}"), *f)]
+                });
+                TimeHistory::Table { points: points.collect() }
             }
             Self::Steps { values, step } => {
                 let step = step.unwrap_or(f64::NAN); // resolved in a model
-                TimeHistory::Steps { step, values: values.clone() }
+                let each = values.iter().enumerate();
+                let values = each.map(|(k, f)| number(&format!("values.{k}"), *f)).collect();
+                TimeHistory::Steps { step, values }
             }
         }
     }
@@ -168,7 +198,7 @@ impl History {
     #[must_use]
     pub fn peak(&self, until: f64, curves: &Curves<'_>) -> f64 {
         match self {
-            Self::Expression(_) => {
+            Self::Expression(_) | Self::Function(_) => {
                 let history = self.time_history(curves);
                 let times = (0..=SAMPLES).map(|k| until * f64::from(k) / f64::from(SAMPLES));
                 times.fold(0.0, |most, t| most.max(history.value(t).abs()))
@@ -196,6 +226,7 @@ impl History {
             }
             Self::Unstated
             | Self::Expression(_)
+            | Self::Function(_)
             | Self::Constant
             | Self::Linear { .. }
             | Self::Ramp { .. }
@@ -207,7 +238,7 @@ impl History {
     #[must_use]
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::Unstated | Self::Expression(_) | Self::Constant => None,
+            Self::Unstated | Self::Expression(_) | Self::Function(_) | Self::Constant => None,
             Self::Linear { end } => (*end <= 0.0).then(|| format!("end = {end} must be positive")),
             Self::Ramp { start, end } | Self::Pulse { start, end } => {
                 (start >= end).then(|| format!("start = {start} must be before end = {end}"))

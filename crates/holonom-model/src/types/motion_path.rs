@@ -17,6 +17,7 @@ use crate::expression::Program;
 use crate::formula::Curves;
 use crate::hermite::{Ends, Hermite};
 use crate::smooth_step::smooth_step;
+use vi_core::Number;
 
 /// A smooth function of time, a sum of what is stated:
 /// `offset + rate t + ½ acceleration t² + amplitude (sin(2π frequency t + phase) − sin(phase))`,
@@ -59,13 +60,13 @@ pub struct MotionPath {
 /// ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Move {
+pub struct Move<T = f64> {
     /// When it begins, s.
-    pub start: f64,
+    pub start: T,
     /// When it ends, s.
-    pub end: f64,
+    pub end: T,
     /// How far it goes, m or rad.
-    pub by: f64,
+    pub by: T,
 }
 
 /// A cubic spline through points; before the first and after the last it goes on at the rate there.
@@ -126,26 +127,33 @@ impl MotionPath {
 
     /// Value, rate and acceleration as a function of the time (s), of one that is no expression.
     pub fn function(&self) -> impl Fn(f64) -> [f64; 3] + Send + Sync + use<> {
-        let path = self.clone();
-        let spline = self.table.as_ref().map(PathTable::spline);
-        move |t| {
-            let parts = path.moves.iter().map(|part| part.at(t));
-            let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t)));
-            parts.fold(path.elementary(t), |sum, part| std::array::from_fn(|i| sum[i] + part[i]))
-        }
+        self.with_numbers(&mut |_, value| value)
     }
 
-    /// Polynomial and sinusoid.
-    fn elementary(&self, t: f64) -> [f64; 3] {
-        let w = TAU * self.frequency;
-        let (sin, cos) = libm::sincos(w * t + self.phase);
-        [
-            self.offset
-                + t * (self.rate + 0.5 * self.acceleration * t)
-                + self.amplitude * (sin - libm::sin(self.phase)),
-            self.rate + self.acceleration * t + self.amplitude * w * cos,
-            self.acceleration - self.amplitude * w * w * sin,
-        ]
+    /// The same of numbers that are taken by their keys, all but the times of its table.
+    pub fn with_numbers<T: Number>(
+        &self,
+        number: &mut dyn FnMut(&str, f64) -> T,
+    ) -> impl Fn(f64) -> [T; 3] + Send + Sync + use<T> {
+        let own = Elementary {
+            offset: number("offset", self.offset),
+            rate: number("rate", self.rate),
+            acceleration: number("acceleration", self.acceleration),
+            amplitude: number("amplitude", self.amplitude),
+            frequency: number("frequency", self.frequency),
+            phase: number("phase", self.phase),
+        };
+        let moves = self.moves.iter().enumerate().map(|(k, part)| {
+            let mut at = |key, value| number(&format!("moves.{k}.{key}"), value);
+            Move { start: at("start", part.start), end: at("end", part.end), by: at("by", part.by) }
+        });
+        let moves: Vec<Move<T>> = moves.collect();
+        let spline = self.table.as_ref().map(PathTable::spline);
+        move |t| {
+            let parts = moves.iter().map(|part| part.at(t));
+            let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t).map(T::of)));
+            parts.fold(own.at(t), |sum, part| std::array::from_fn(|i| sum[i] + part[i]))
+        }
     }
 
     /// What is wrong with it: the key below the path, the message, what to write instead.
@@ -168,6 +176,32 @@ impl MotionPath {
     }
 }
 
+/// Polynomial and sinusoid.
+struct Elementary<T> {
+    offset: T,
+    rate: T,
+    acceleration: T,
+    amplitude: T,
+    frequency: T,
+    phase: T,
+}
+
+impl<T: Number> Elementary<T> {
+    fn at(&self, t: f64) -> [T; 3] {
+        let (t, half) = (T::of(t), T::of(0.5));
+        let w = T::of(TAU) * self.frequency;
+        let [sin, cos] = (w * t + self.phase).sine_cosine();
+        let [start, _] = self.phase.sine_cosine();
+        [
+            self.offset
+                + t * (self.rate + half * self.acceleration * t)
+                + self.amplitude * (sin - start),
+            self.rate + self.acceleration * t + self.amplitude * w * cos,
+            self.acceleration - self.amplitude * w * w * sin,
+        ]
+    }
+}
+
 impl PathTable {
     fn spline(&self) -> Hermite {
         let points = self.times.iter().zip(&self.values).map(|(t, x)| [*t, *x]);
@@ -175,10 +209,10 @@ impl PathTable {
     }
 }
 
-impl Move {
-    fn at(&self, t: f64) -> [f64; 3] {
+impl<T: Number> Move<T> {
+    fn at(&self, t: f64) -> [T; 3] {
         let duration = self.end - self.start;
-        let x = (t - self.start) / duration;
+        let x = (T::of(t) - self.start) / duration;
         smooth_step(x, [self.by, self.by / duration, self.by / (duration * duration)])
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Chain, ModelTangent, eps, refused};
 use holonom_model::{
-    Control, Frame, History, JointMotor, Load, ModelError, MotionPath, Move, Spring,
+    Control, Curves, Frame, History, JointMotor, Load, ModelError, MotionPath, Spring,
 };
 use std::sync::Arc;
 use vi_core::Number;
@@ -14,6 +14,7 @@ use vi_multibody::form::Form;
 use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
 use vi_rigid::load::LoadChange;
+use vi_rigid::time_history::TimeFunction;
 
 use crate::system::input::Input;
 use crate::system::time_function::{Path, TimeFunctions};
@@ -141,10 +142,8 @@ impl Chain<'_> {
             };
             add(own.freedom, Arc::new(by));
         }
-        if let History::Expression(formula) = &own.history
-            && let Some(slope) = self.formulas.slope(&format!("{key}.motor.history"), formula)?
-        {
-            let slope = times.history("", &History::Expression(slope));
+        if let Some(change) = self.history_change(&format!("{key}.motor.history"), &own.history)? {
+            let slope = times.history("", &change);
             let effort = own.effort;
             add(own.freedom, Arc::new(move |t, _, _| effort * slope.value(t)));
         }
@@ -167,8 +166,25 @@ impl Chain<'_> {
         Ok(())
     }
 
-    /// How a path changes: it is linear in its offset, rates, amplitude and moves, or an
-    /// expression.
+    /// How a history changes, by its expression or by its numbers; `None` where it does not.
+    pub(super) fn history_change(
+        &self,
+        key: &str,
+        history: &History,
+    ) -> Result<Option<History>, ModelError> {
+        if let History::Expression(formula) = history {
+            return Ok(self.formulas.slope(key, formula)?.map(History::Expression));
+        }
+        if !self.slopes.touches(key) {
+            return Ok(None);
+        }
+        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        let own =
+            history.with_numbers(&Curves::new(self.model), &mut |part, value| number(part, value));
+        Ok(Some(History::Function(TimeFunction::new(move |t| own.value(t).eps))))
+    }
+
+    /// How a path changes: by its expression or by its numbers, of a table by none.
     pub(super) fn path_change(
         &self,
         key: &str,
@@ -179,26 +195,12 @@ impl Chain<'_> {
             let change = MotionPath { expression: Some(slope), ..MotionPath::default() };
             return Ok(Some(TimeFunctions::new(self.model).path("", &change)));
         }
-        if path.table.is_some() {
+        if !self.slopes.touches(key) {
             return Ok(None);
         }
-        let slope = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value).eps;
-        let moved = |(i, own): (usize, &Move)| {
-            let by = slope(&format!("moves.{i}.by"), own.by);
-            Move { by, ..*own }
-        };
-        let change = MotionPath {
-            offset: slope("offset", path.offset),
-            rate: slope("rate", path.rate),
-            acceleration: slope("acceleration", path.acceleration),
-            amplitude: slope("amplitude", path.amplitude),
-            moves: path.moves.iter().enumerate().map(moved).collect(),
-            ..path.clone()
-        };
-        let numbers = [change.offset, change.rate, change.acceleration, change.amplitude];
-        let by = change.moves.iter().map(|own| own.by);
-        let still = numbers.into_iter().chain(by).all(|x| x == 0.0);
-        Ok((!still).then(|| Box::new(change.function()) as Path))
+        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        let own = path.with_numbers(&mut |part, value| number(part, value));
+        Ok(Some(Box::new(move |t| own(t).map(|part| part.eps))))
     }
 
     /// Whether a control is a force on a particle: its numbers have no derivatives.

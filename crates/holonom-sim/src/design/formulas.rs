@@ -12,8 +12,8 @@ use crate::system;
 use crate::system::outside::Outside;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
-    Bushing, Coefficients, Curves, Formula, History, Model, ModelError, MovingText,
-    ParameterTangent, Signal, Slopes,
+    Bushing, Coefficients, Curves, Formula, Model, ModelError, MovingText, ParameterTangent,
+    Signal, Slopes,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -196,7 +196,12 @@ fn replace<'f>(
 impl Chain<'_> {
     /// Forces of which an expression changes.
     pub(super) fn expressions(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
-        if self.formulas.is_empty() && self.model.bushings.is_empty() {
+        let histories = self
+            .model
+            .loads
+            .iter()
+            .any(|load| self.slopes.touches(&format!("load.{}.history", load.name)));
+        if self.formulas.is_empty() && self.model.bushings.is_empty() && !histories {
             return Ok(());
         }
         let mut derived = self.model.clone();
@@ -225,10 +230,9 @@ impl Chain<'_> {
             }
         }
         for load in &mut derived.loads {
-            let History::Expression(formula) = &load.history else { continue };
             let path = format!("load.{}.history", load.name);
-            if let Some(slope) = self.formulas.slope(&path, formula)? {
-                load.history = History::Expression(slope);
+            if let Some(change) = self.history_change(&path, &load.history)? {
+                load.history = change;
                 changed.insert(load.name.clone());
                 if load.beam.is_some() {
                     found.along_beams.push(load.clone());

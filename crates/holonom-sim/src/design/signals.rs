@@ -11,6 +11,7 @@ use super::{LEAVE_OUT, refused};
 use holonom_model::expression::Moving;
 use holonom_model::{
     Formula, Model, ModelError, MovingText, OUTPUT, ParameterTangent, Signal, SignalPart, Slopes,
+    Start,
 };
 use std::collections::BTreeMap;
 use vi_constraints::Method;
@@ -133,6 +134,12 @@ impl StateSlopes {
         let settings = &model.settings;
         if self.watched().is_none() {
             return Ok(());
+        }
+        if settings.start == Start::Relaxed {
+            let what =
+                format!("the derivative by `{name}` of states of signals that begin at rest");
+            let help = format!("let it begin where the model states, or {LEAVE_OUT}");
+            return Err(refused("simulation.start", what, help));
         }
         if let Method::Galerkin(_) = settings.method() {
             let what = format!("the derivative by `{name}` of states of signals in Galerkin steps");

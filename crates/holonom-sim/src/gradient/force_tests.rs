@@ -308,6 +308,51 @@ fn sensors_beside_signals_with_states_agree_with_differences() {
     compare_all(&text, &LAGS, "");
 }
 
+/// Histories of loads and motors and paths of motors by their own numbers: frequencies, phases,
+/// times, values.
+#[test]
+fn numbers_of_histories_agree_with_differences() {
+    let histories = [
+        "{ type = \"harmonic\", frequency = \"= 0.4*k\", phase = \"= c\" }",
+        "{ type = \"ramp\", start = \"= 0.1*c + 0.007\", end = \"= 0.02*k + 0.003\" }",
+        "{ type = \"triangle\", start = \"= 0.05*c\", peak = \"= 0.02*k + 0.003\", end = \"= 0.7*c\" }",
+        "{ type = \"table\", times = [0.03, \"= 0.3*c\", 0.5], values = [0.0, \"= k\", \"= c\"] }",
+        "{ type = \"steps\", values = [\"= c\", \"= 0.2*k\", -0.3], step = 0.1 }",
+        "{ type = \"linear\", end = \"= 0.1*k\" }",
+    ];
+    let path = "{ offset = \"= c\", rate = \"= 0.1*k\", acceleration = \"= c\", amplitude = \"= 0.02*k\", \
+                frequency = \"= 0.3*k\", phase = \"= c\", moves = [{ start = \"= 0.1*c\", \
+                end = \"= 0.03*k\", by = \"= c\" }] }";
+    let forces = format!("{FORCES}{LOADS}");
+    for history in histories {
+        let text = forces.replace("history = \"cos(k*t)\"", &format!("history = {history}"));
+        let text = text.replace("path = \"0.2*c*t\"", &format!("path = {path}"));
+        assert!(text.matches(history).count() == 2 && text.contains(path));
+        let all: [(&str, &str, &str, &[&str]); 2] =
+            [("effort", "shoulder", "", &["motor"]), ("acceleration", "box", "", &["y"])];
+        compare_all(&without_controls(&text), &all, "");
+    }
+}
+
+/// A history that jumps, or a table of a path, has no derivative by its times.
+#[test]
+fn times_of_jumps_are_refused() {
+    let jumps = [
+        "{ type = \"pulse\", start = 0.05, end = \"= 0.3*c\" }",
+        "{ type = \"table\", times = [\"= 0.3*c\", 0.5], values = [1.0, 2.0] }",
+        "{ type = \"steps\", values = [0.3, 0.5], step = \"= 0.3*c\" }",
+    ];
+    for history in jumps {
+        let text = FORCES.replace("history = \"cos(k*t)\"", &format!("history = {history}"));
+        let text = sensing(&text, "type = \"position\"\nof = \"box\"\n", "x", "");
+        let source = ModelText::from_text(Path::new("model.toml"), &text);
+        let model = source.model(&[]).unwrap();
+        let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        println!("{found}");
+        assert!(found.to_string().contains(".history."), "{found}");
+    }
+}
+
 /// Of signals with states by their own numbers: gains, time constants, coefficients, starts.
 #[test]
 fn numbers_of_signals_with_states_agree_with_differences() {
