@@ -60,6 +60,7 @@ pub struct MotionPath {
 /// ends.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(rename = "Move")]
 pub struct Move<T = f64> {
     /// When it begins, s.
     pub start: T,

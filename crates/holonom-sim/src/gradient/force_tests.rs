@@ -323,7 +323,12 @@ fn numbers_of_histories_agree_with_differences() {
     let path = "{ offset = \"= c\", rate = \"= 0.1*k\", acceleration = \"= c\", amplitude = \"= 0.02*k\", \
                 frequency = \"= 0.3*k\", phase = \"= c\", moves = [{ start = \"= 0.1*c\", \
                 end = \"= 0.03*k\", by = \"= c\" }] }";
-    let forces = format!("{FORCES}{LOADS}");
+    let kinks = [
+        "limits = [-0.05, 0.02]\nbumper = { stiffness = 40.0, damping = 0.05 }\n",
+        "friction = { torque = 0.3, model = { type = \"stribeck\", transition_velocity = 0.5 } }\n",
+    ];
+    let forces = kinks.iter().fold(format!("{FORCES}{LOADS}"), |text, own| text.replace(own, ""));
+    assert!(!forces.contains("bumper") && !forces.contains("friction"));
     for history in histories {
         let text = forces.replace("history = \"cos(k*t)\"", &format!("history = {history}"));
         let text = text.replace("path = \"0.2*c*t\"", &format!("path = {path}"));
