@@ -3,7 +3,7 @@
 use crate::checks::Checker;
 use crate::frames::start::coincide;
 use crate::text::problem::nearest;
-use crate::{Constraint, GROUND, Joint, JointKind, JointSpring, Quantities};
+use crate::{Constraint, GROUND, Interpolation, Joint, JointKind, JointSpring, Quantities};
 
 impl Checker<'_> {
     pub(crate) fn drives(&mut self, key: &str, joint: &Joint, known: &Quantities<'_>) {
@@ -62,6 +62,11 @@ impl Checker<'_> {
             Some(table) if table.axes.is_some() => {
                 let message = format!("`{name}` is a table of two numbers");
                 let help = "write one of the elongation alone, or a [[law]]";
+                self.report(format!("{key}.table"), message, help);
+            }
+            Some(table) if table.interpolation == Interpolation::Steps => {
+                let message = format!("`{name}` jumps at its points");
+                let help = "write interpolation = \"linear\": a spring pulls without jumps";
                 self.report(format!("{key}.table"), message, help);
             }
             Some(_) => {}

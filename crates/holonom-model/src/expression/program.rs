@@ -495,8 +495,8 @@ impl Program {
     }
 
     /// The functions in it that jump where their argument crosses a number, each once: `sign`,
-    /// `floor`, `select`; without those that are multiplied by what they switch on, as
-    /// `select(v, 2, 1)*v`.
+    /// `floor`, `select`, a table of steps; without those that are multiplied by what they switch
+    /// on, as `select(v, 2, 1)*v`, and without tables of the time.
     #[must_use]
     pub fn jumps(&self) -> Vec<&'static str> {
         let mut found = Vec::new();
@@ -507,13 +507,23 @@ impl Program {
                 Operation::Select([c, a, b]) if self.operations[a] != self.operations[b] => {
                     ("select", c)
                 }
+                // in time they belong on step boundaries, as those of a history
+                Operation::Curve(curve, x) if self.curves[curve].jumps() && !self.is_time(x) => {
+                    ("a table", x)
+                }
                 _ => continue,
             };
-            if !found.contains(&name) && (name == "floor" || !self.vanishes(k, switch)) {
+            let everywhere = name == "floor" || name == "a table";
+            if !found.contains(&name) && (everywhere || !self.vanishes(k, switch)) {
                 found.push(name);
             }
         }
         found
+    }
+
+    fn is_time(&self, k: usize) -> bool {
+        let is_input = matches!(self.operations[k], Operation::Input(_));
+        is_input && self.text[self.spans[k].clone()].trim() == "t"
     }
 
     /// Why it has no derivative by its inputs there, in words: the first part that depends on them

@@ -13,23 +13,31 @@ pub struct Curve(Arc<Parts>);
 struct Parts {
     name: String,
     hermite: Hermite,
-    linear: bool,
+    interpolation: Interpolation,
     outside: Outside,
 }
+
+/// Parts of the distance between two points by which an argument that is rounded misses the second.
+const ROUNDED: f64 = 1e-9;
 
 impl Curve {
     /// Of a table with at least two points and increasing arguments.
     #[must_use]
     pub fn new(table: &Table) -> Self {
         let hermite = through(table.points.iter().copied(), table.interpolation);
-        let linear = table.interpolation == Interpolation::Linear;
-        Self(Arc::new(Parts { name: table.name.clone(), hermite, linear, outside: table.outside }))
+        let (name, interpolation) = (table.name.clone(), table.interpolation);
+        Self(Arc::new(Parts { name, hermite, interpolation, outside: table.outside }))
     }
 
     /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.0.name
+    }
+
+    /// Whether it jumps at its points.
+    pub(super) fn jumps(&self) -> bool {
+        self.0.interpolation == Interpolation::Steps
     }
 
     /// The first and the last argument.
@@ -53,14 +61,22 @@ impl Curve {
             }
             _ => {}
         }
-        Some(if self.0.linear { self.on_line(x) } else { self.0.hermite.at(x) })
+        Some(match self.0.interpolation {
+            Interpolation::Linear => line(self.around(x), x),
+            Interpolation::Steps => {
+                let [from, to] = self.around(x);
+                let reached = x >= to[0] - ROUNDED * (to[0] - from[0]);
+                [if reached { to[1] } else { from[1] }, 0.0, 0.0]
+            }
+            Interpolation::Pchip | Interpolation::Spline => self.0.hermite.at(x),
+        })
     }
 
-    /// On the straight line through two neighbours.
-    fn on_line(&self, x: f64) -> [f64; 3] {
+    /// The points on both sides.
+    fn around(&self, x: f64) -> [[f64; 3]; 2] {
         let knots = &self.0.hermite.knots;
         let after = knots.partition_point(|knot| knot[0] <= x).clamp(1, knots.len() - 1);
-        line([knots[after - 1], knots[after]], x)
+        [knots[after - 1], knots[after]]
     }
 }
 
@@ -71,7 +87,7 @@ pub(super) fn through(
 ) -> Hermite {
     match interpolation {
         Interpolation::Spline => Hermite::spline(points, Ends::Natural),
-        Interpolation::Pchip | Interpolation::Linear => Hermite::monotone(points),
+        _ => Hermite::monotone(points),
     }
 }
 

@@ -322,6 +322,23 @@ fn tables_are_what_their_interpolation_says() {
     assert_eq!(linear.at(1.75).unwrap(), [1.25, 0.5 / 1.5, 0.0]);
     assert_eq!([-1.0, 9.0].map(|x| linear.at(x).unwrap()), [[0.0; 3], [3.5, 0.0, 0.0]]);
     assert!(curve("pchip", "error").at(4.01).is_none());
+    let steps = curve("steps", "slope");
+    for (x, y) in [(-1.0, 0.0), (0.5, 0.0), (1.0, 1.0), (2.49, 1.0), (2.5 - 1e-10, 1.5), (9.0, 3.5)]
+    {
+        assert_eq!(steps.at(x).unwrap(), [y, 0.0, 0.0], "at {x}");
+    }
+    let of = |text: &str| {
+        let known = |name: &str| match name {
+            "f" => Some(Known::Curve(steps.clone())),
+            "t" => Some(Known::Input(0)),
+            _ => Some(Known::Input(1)),
+        };
+        Program::parse(text, &mut { known }).unwrap().jumps()
+    };
+    assert_eq!(
+        [of("f(x)*x"), of("3*f(t)"), of("f(2*t)")],
+        [vec!["a table"], vec![], vec!["a table"]]
+    );
     // the second derivative of a spline is continuous, and 0 at the ends
     let spline = curve("spline", "slope");
     for x in [0.0, 1.0, 2.5, 3.0, 4.0] {

@@ -14,6 +14,9 @@ pub enum Interpolation {
     Linear,
     /// A cubic spline with two continuous derivatives; the second is 0 at the ends.
     Spline,
+    /// The value of the last point that the argument has reached: it jumps at each point. Not of two
+    /// numbers, and not of a spring.
+    Steps,
 }
 
 /// What a table is before its first and after its last point.
@@ -31,7 +34,7 @@ pub enum Outside {
 
 /// `[[table]]`: a function of one number by its values, or of two by its values on a grid.
 /// Expressions call it by its name: `torque(v)`, `torque(v, heat)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Table {
     /// Its name, unique in the model: letters, digits and `_`, a letter first.
@@ -84,6 +87,9 @@ impl Table {
     }
 
     fn fault_of_grid(&self, axes: [&Vec<f64>; 2]) -> Option<String> {
+        if self.interpolation == Interpolation::Steps {
+            return Some("a function of two numbers has no steps".to_owned());
+        }
         for (axis, own) in ["x", "y"].into_iter().zip(axes) {
             if own.len() < 2 {
                 return Some(format!("{} value(s) of {axis}: a grid has at least two", own.len()));

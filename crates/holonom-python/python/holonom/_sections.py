@@ -1111,7 +1111,7 @@ class Builder(Sections):
         columns: Sequence[Name] | None = None,
         file: str | None = None,
         grid: bool | None = None,
-        interpolation: Literal["pchip", "linear", "spline"] | None = None,
+        interpolation: Literal["pchip", "linear", "spline", "steps"] | None = None,
         outside: Literal["hold", "slope", "error"] | None = None,
         points: Matrix | None = None,
         values: Matrix | None = None,
@@ -1136,7 +1136,7 @@ class Builder(Sections):
             line, ``x`` in its first column, values elsewhere.
         interpolation : str, optional
             What it is between its points; on a grid the same along both arguments.
-            One of ``"pchip"``, ``"linear"``, ``"spline"``.
+            One of ``"pchip"``, ``"linear"``, ``"spline"``, ``"steps"``.
         outside : str, optional
             What it is before the first and after the last point.
             One of ``"hold"``, ``"slope"``, ``"error"``.

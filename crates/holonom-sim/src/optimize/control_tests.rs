@@ -100,6 +100,62 @@ fn optima_of_every_order_are_repeated_bit_for_bit() {
     assert!(errors[1..].iter().all(|error| *error < 1e-2 * errors[0]), "{errors:?}");
 }
 
+/// A control beside a motor of its coordinate: a control to a path is a spring with a damper, so the
+/// optimum is the one beside these; its model keeps the motor and repeats the motion bit for bit.
+#[test]
+fn a_motor_acts_beside_a_control_of_its_joint() {
+    let with = |what: &str| PENDULUM.replace("axis = [0.0, 1.0, 0.0]", what);
+    let elements = "axis = [0.0, 1.0, 0.0], spring = { stiffness = 3.0, rest = 0.4 }, damper = { damping = 0.2 }";
+    let wanted = found(&with(elements)).unwrap().report;
+    let motor = "axis = [0.0, 1.0, 0.0], motor = { proportional = 3.0, derivative = 0.2, path = { offset = 0.4 } }";
+    let text = with(motor);
+    let found = found(&text).unwrap();
+    println!("{} for {}", found.report.cost, wanted.cost);
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert!((found.report.cost - wanted.cost).abs() < 1e-9 * wanted.cost);
+    assert!((found.report.cost - 4.434825997490211).abs() > 0.1);
+    let model = Model::from_toml(&text).unwrap();
+    assert_eq!(found.model.joints[0].motor, model.joints[0].motor);
+    let [run, replay] = run_and_replay(&text, &found);
+    assert_eq!(run, replay);
+    assert!((run[39][2] - 0.5).abs() < 1e-8, "{:?}", run[39]);
+}
+
+/// Controls along both freedoms of a cylindrical joint: what slides and what turns do not feel one
+/// another, so the costs are those of a prismatic and of a revolute joint.
+#[test]
+fn two_freedoms_of_a_joint_have_controls_of_their_own() {
+    let text = |kind: &str, names: &[&str], wanted: &[f64]| {
+        let list = |item: &dyn Fn(usize) -> String| {
+            (0..names.len()).map(item).collect::<Vec<_>>().join(", ")
+        };
+        format!(
+            "model = {{ name = \"both\", gravity = [0.0, 0.0, 0.0] }}\nsimulation = {{ step = 0.05, end = 1.0 }}\n\
+             body = [{{ name = \"rod\", mass = 2.0, inertia = [0.3, 0.4, 0.5], position = [0.0, 0.0, 0.0] }}]\n\
+             joint = [{{ name = \"screw\", type = \"{kind}\", parent = \"ground\", child = \"rod\", position = [0.0, 0.0, 0.0], axis = [0.0, 0.0, 1.0] }}]\n\
+             sensor = [{{ name = \"s\", type = \"joint_coordinate\", of = \"screw\" }}]\n\
+             objective = [{{ name = \"cheap\", type = \"effort\" }}]\n\
+             control = [{}]\ncondition = [{}, {{ name = \"stop\", type = \"rest\" }}]\n",
+            list(&|k| format!("{{ name = \"drive {k}\", joint = \"screw\", freedom = {k} }}")),
+            list(&|k| format!(
+                "{{ name = \"c{k}\", sensor = \"{}\", equals = {:?} }}",
+                names[k], wanted[k]
+            )),
+        )
+    };
+    let to = [0.7, 1.9];
+    let [slides, turns] = [("prismatic", 0), ("revolute", 1)]
+        .map(|(kind, k)| found(&text(kind, &["s"], &to[k..])).unwrap().report.cost);
+    let text = text("cylindrical", &["s.0", "s.1"], &to);
+    let both = found(&text).unwrap();
+    println!("{} for {slides} + {turns}", both.report.cost);
+    assert_eq!(both.report.status, Status::Optimal, "{:?}", both.report);
+    assert!((both.report.cost - slides - turns).abs() < 1e-9 * (slides + turns));
+    let [run, replay] = run_and_replay(&text, &both);
+    assert_eq!(run, replay);
+    assert!((run[19][2] - 0.7).abs() < 1e-9, "{:?}", run[19]);
+}
+
 /// The case `oc01` of `tests/reference/control`.
 #[test]
 fn a_pendulum_swings_up_at_the_stored_cost() {
@@ -279,11 +335,6 @@ fn what_cannot_be_optimised_is_said() {
             "no folder of an optimum",
         ),
         ("joint = \"hinge\" }]", "joint = \"hinge\", shape = \"linear\" }]", "linear in time"),
-        (
-            "axis = [0.0, 1.0, 0.0] }]",
-            "axis = [0.0, 1.0, 0.0], motor = { effort = 1.0 } }]",
-            "beside another effort",
-        ),
         (
             "sensor = \"angle\", equals",
             "sensor = \"angle\", at = \"path\", min = 0.5, max",

@@ -41,21 +41,10 @@ pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelE
         let help = "add an [[objective]]: effort, work, time, rate or sensor";
         return refuse("objective", "an optimum of nothing", help);
     }
-    for (k, own) in model.controls.iter().enumerate() {
-        let key = format!("control.{}", own.name);
-        if own.shape == ControlShape::Linear {
-            let help = "write shape = \"constant\"";
-            return refuse(&format!("{key}.shape"), "an optimum of efforts linear in time", help);
-        }
-        let Some(joint) = &own.joint else { continue };
-        let mut others = model.controls.iter().take(k);
-        let others = others.any(|other| other.joint.as_ref() == Some(joint));
-        let motor = model.joint(joint).is_some_and(|joint| joint.motor.is_some());
-        if others || motor {
-            let what = "an optimum of a control beside another effort of its joint";
-            let help = "the optimum is written as a motor, and a joint has one: keep one of them";
-            return refuse(&format!("{key}.joint"), what, help);
-        }
+    for own in model.controls.iter().filter(|own| own.shape == ControlShape::Linear) {
+        let key = format!("control.{}.shape", own.name);
+        let help = "write shape = \"constant\"";
+        return refuse(&key, "an optimum of efforts linear in time", help);
     }
     Ok(())
 }

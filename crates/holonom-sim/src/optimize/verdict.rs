@@ -6,14 +6,16 @@ use super::found::{
 };
 use crate::gradient::TermValue;
 use holonom_model::{
-    Condition as Stated, ConditionKind, History, Joint, JointMotor, Load, Model, MotionPath,
+    Condition as Stated, ConditionKind, Control, Formula, History, Interpolation, Joint,
+    JointMotor, Law, Load, Model, MotionPath, Outside, Table,
 };
 use vi_control::optimum::{Optimum, Verdict};
 use vi_control::program::Outcome;
 use vi_control::replay::Replay;
 use vi_control::transcription::Motion;
 
-/// The model of a motion with its controls as motors and loads, for an ordinary run.
+/// The model of a motion with its controls as motors, laws of the time and loads, for an ordinary
+/// run.
 fn moved(model: &Model, motion: &Motion) -> Model {
     let mut own = model.clone();
     own.settings.step = motion.step;
@@ -25,20 +27,47 @@ fn moved(model: &Model, motion: &Motion) -> Model {
             own.loads.push(Load { history, ..load });
             continue;
         }
-        let motor = JointMotor {
-            freedom: control.freedom,
-            effort: 1.0,
-            history,
-            proportional: 0.0,
-            derivative: 0.0,
-            path: MotionPath::default(),
-        };
         let is_own = |joint: &&mut Joint| Some(&joint.name) == control.joint.as_ref();
-        let joint = own.joints.iter_mut().find(is_own);
-        joint.into_iter().for_each(|joint| joint.motor = Some(motor.clone()));
+        match own.joints.iter_mut().find(is_own) {
+            Some(joint) if joint.motor.is_none() => {
+                joint.motor = Some(JointMotor {
+                    freedom: control.freedom,
+                    effort: 1.0,
+                    history,
+                    proportional: 0.0,
+                    derivative: 0.0,
+                    path: MotionPath::default(),
+                });
+            }
+            _ => effort_of_time(&mut own, control, (k, motion)),
+        }
     }
     plain(&mut own);
     own
+}
+
+/// Adds an effort beside the motor of its joint: a law of the time by a table of steps.
+fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &Motion)) {
+    let mut table = format!("values_{k}");
+    let names = |model: &Model| {
+        let signals = model.signals.iter().map(|own| own.name.clone());
+        signals.chain(model.tables.iter().map(|own| own.name.clone())).collect::<Vec<_>>()
+    };
+    while names(model).contains(&table) {
+        table.push('_');
+    }
+    // zero after the last, as a history is
+    let all = motion.controls.iter().map(|row| row[k]).chain([0.0]);
+    let points = all.enumerate().map(|(n, value)| [n as f64 * motion.step, value]).collect();
+    model.laws.push(Law {
+        name: control.name.clone(),
+        joint: control.joint.clone(),
+        freedom: control.freedom,
+        effort: Some(Formula(format!("{table}(t)"))),
+        ..Law::default()
+    });
+    let (interpolation, outside) = (Interpolation::Steps, Outside::Hold);
+    model.tables.push(Table { name: table, points, interpolation, outside, ..Table::default() });
 }
 
 pub(super) fn status(verdict: &Verdict) -> Status {
