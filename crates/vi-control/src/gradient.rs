@@ -269,26 +269,6 @@ fn holding(node: &State, p: &[f64]) -> State {
     State { angles: node.angles.clone(), internal: node.internal.clone(), ..own }
 }
 
-/// Adds the derivatives of what node `k` of some in a row costs, with steps of equal length on both
-/// sides of it but at the ends of the run; returns that by the length of all steps, times it.
-fn add_node(
-    task: &Task<'_>,
-    (nodes, k): (&[State], usize),
-    at_end: bool,
-    costate: &mut Costate,
-    parameters: &mut [f64],
-) -> f64 {
-    let (Some(node), objective) = (nodes.get(k), task.objective) else { return 0.0 };
-    let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
-    let length = nodes[to].t - nodes[from].t;
-    let weight = if at_end { 0.5 * length } else { length };
-    objective.add_of_node(node, weight, costate);
-    if task.design.is_some() {
-        objective.add_parameters_of_node(node, weight, parameters);
-    }
-    if task.by_step { weight * objective.of_node(node) } else { 0.0 }
-}
-
 /// A sweep backward under way.
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
@@ -363,6 +343,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let keeps = keeps_momentum(run);
         let Self { found, costates, p, dq, .. } = self;
         let last = steps.end - 1;
+        controls.set(steps.start);
         let mut nodes = counts.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
             controls.set(step);
@@ -383,6 +364,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 p.copy_from_slice(&run.state().p);
             }
             if let Some(nodes) = &mut nodes {
+                controls.set(step + 1); // those of the step from a node act there
                 objective.follow(run.state(), Seen::Next);
                 found.value += nodes.step_to(objective, run.state());
             }
@@ -400,6 +382,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let keeps = keeps_momentum(run);
         let (state, stages) = (run.state(), run.method().stages().map_or(1, Stages::count));
         self.tape.clear();
+        controls.set(steps.start);
         let sizes = [state.q.len(), stages, state.angles.len(), state.internal.len()];
         self.tape.reserve(steps.len(), sizes);
         let Self { tape, nodes, found, first, costates, p, dq, begin, .. } = self;
@@ -428,6 +411,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 p.copy_from_slice(&run.state().p);
             }
             if let Some(costs) = &mut costs {
+                controls.set(step + 1);
                 objective.follow(run.state(), Seen::Next);
                 found.value += costs.step_to(objective, run.state());
             }
@@ -464,10 +448,18 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if self.task.objective.counts_forces() {
             self.step_beyond(run)?;
         }
+        let Task { objective, controls, steps, .. } = *self.task;
+        controls.set(steps);
         let (state, costate) = (run.state(), &mut self.costate);
-        self.found.value += self.task.objective.of_end(state);
-        self.task.objective.add_of_end(state, costate);
-        self.task.objective.add_parameters_of_end(state, &mut self.found.parameters);
+        self.found.value += objective.of_end(state);
+        objective.add_of_end(state, costate);
+        objective.add_parameters_of_end(state, &mut self.found.parameters);
+        if let Some(place) = controls.place(steps) {
+            self.forces.by_force.fill(0.0);
+            objective.add_forces_of_end(state, &mut self.forces.by_force);
+            let own = controls.of_force(state.configuration(), &self.forces.by_force);
+            add(&own, &mut self.found.controls[place]);
+        }
         if costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);
         }
@@ -475,6 +467,31 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             self.costates.hold(run.system(), self.tape.at(last).points, costate);
         }
         Ok(())
+    }
+
+    /// What node `k` of some in a row costs, where this step begins, with steps of equal length on
+    /// both sides of it but at the ends of the run.
+    fn node(&mut self, (nodes, k): (&[State], usize), step: usize) {
+        let Task { objective, controls, design, by_step, steps, .. } = *self.task;
+        let Some(node) = nodes.get(k) else { return };
+        let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
+        let length = nodes[to].t - nodes[from].t;
+        let weight = if step == 0 || step == steps { 0.5 * length } else { length };
+        let Self { costate, found, forces, .. } = self;
+        controls.set(step);
+        objective.add_of_node(node, weight, costate);
+        if design.is_some() {
+            objective.add_parameters_of_node(node, weight, &mut found.parameters);
+        }
+        if let Some(place) = controls.place(step) {
+            forces.by_force.fill(0.0);
+            objective.add_forces_of_node(node, weight, &mut forces.by_force);
+            let own = controls.of_force(node.configuration(), &forces.by_force);
+            add(&own, &mut found.controls[place]);
+        }
+        if by_step {
+            self.by_step += weight * objective.of_node(node);
+        }
     }
 
     /// What the last node costs by its acceleration, that of the level; `h`: of the last step.
@@ -502,9 +519,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let nodes = std::mem::take(&mut self.nodes);
         for k in (0..tape.len()).rev() {
             if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
-                let last = (&nodes[..], nodes.len().saturating_sub(1));
-                let (costate, found) = (&mut self.costate, &mut self.found.parameters);
-                self.by_step += add_node(self.task, last, true, costate, found);
+                self.node((&nodes, nodes.len().saturating_sub(1)), self.task.steps);
                 if let (false, [.., before, last]) =
                     (self.task.objective.accelerations().is_empty(), &nodes[..])
                 {
@@ -522,9 +537,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let node = (nodes.get(node).filter(|_| starts), &before[..]);
             self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
             if starts {
-                let node = (&nodes[..], step - tape.step(0));
-                let (costate, found) = (&mut self.costate, &mut self.found.parameters);
-                self.by_step += add_node(self.task, node, step == 0, costate, found);
+                self.node((&nodes, step - tape.step(0)), step);
             }
         }
         (self.tape, self.nodes) = (tape, nodes);

@@ -58,6 +58,9 @@ pub trait Term: Send + Sync {
     }
     /// Adds `scale` times its derivatives by `q_N`, `p̄_N` and the internal variables there.
     fn add_of_end(&self, _end: &State, _scale: f64, _out: &mut Costate) {}
+    /// Adds `scale` times its derivatives by forces on the coordinates at the last node, shape `n`,
+    /// with the state held: those of the acceleration level.
+    fn add_forces_of_end(&self, _end: &State, _scale: f64, _out: &mut [f64]) {}
     /// Adds `scale` times its explicit derivatives by parameters, of a (sub-)step.
     fn add_parameters_of_step(
         &self,
@@ -511,6 +514,19 @@ impl Objective {
     pub fn add_parameters_of_node(&self, node: &State, scale: f64, out: &mut [f64]) {
         let all = self.along.iter();
         all.for_each(|(weight, term)| term.add_parameters_of_end(node, scale * weight, out));
+    }
+
+    /// The same by forces on the coordinates of a node, shape `n`, with its state held.
+    pub fn add_forces_of_node(&self, node: &State, scale: f64, out: &mut [f64]) {
+        let add = |(weight, term): &(f64, Box<dyn Term>)| {
+            term.add_forces_of_end(node, scale * weight, out);
+        };
+        self.along.iter().for_each(add);
+    }
+
+    /// The same of the last node.
+    pub fn add_forces_of_end(&self, end: &State, out: &mut [f64]) {
+        self.terms.iter().for_each(|(weight, term)| term.add_forces_of_end(end, *weight, out));
     }
 
     /// What a (sub-)step costs.

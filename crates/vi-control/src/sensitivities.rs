@@ -310,12 +310,9 @@ impl Sensitivities {
         let slopes = (&mut by, &mut by_force[..]);
         let parameters = &mut self.of_parameters;
         let [_, along] = terms.add_of((node, Known::State), at, slopes, parameters);
-        let by_control = beside.controls.of_force(node.configuration(), &by_force);
-        let place = beside.controls.place(self.step);
+        let by_controls = self.by_controls(node, beside.controls, &by_force);
         for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += by.along(own);
-            let acting = place.and_then(|place| self.directions[k].controls.get(place));
-            *rate += acting.map_or(0.0, |own| dot(&by_control, own));
+            *rate += by.along(own) + by_controls[k];
             if self.directions[k].step {
                 *rate += along / self.length;
             }
@@ -362,7 +359,7 @@ impl Sensitivities {
         if step == 0 {
             beside.objective.follow(run.state(), Seen::First);
         }
-        self.add_node(run.state(), beside.objective);
+        self.add_node(run.state(), beside);
         self.add_forces(run, beside, false)?;
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
@@ -391,7 +388,7 @@ impl Sensitivities {
         self.step += 1;
         beside.objective.follow(run.state(), Seen::Next);
         let t = run.state().t;
-        self.add_node(run.state(), beside.objective);
+        self.add_node(run.state(), beside);
         for (k, growth) in self.growth.iter_mut().enumerate().filter(|(k, _)| self.sizes[*k] > 0.0)
         {
             let grown = norm(&self.tangents[k].q) / self.sizes[k];
@@ -403,11 +400,12 @@ impl Sensitivities {
         Ok(())
     }
 
-    /// Adds what a node costs at an end of a macro step.
-    fn add_node(&mut self, node: &State, objective: &Objective) {
+    /// Adds what a node costs at an end of a macro step; the controls of the step from there act.
+    fn add_node(&mut self, node: &State, Beside { controls, objective, .. }: Beside<'_>) {
         if !objective.counts_nodes() {
             return;
         }
+        controls.set(self.step);
         let half = 0.5 * self.length;
         let mut by = Costate::zero(node.q.len(), node.internal.len());
         objective.add_of_node(node, half, &mut by);
@@ -419,6 +417,22 @@ impl Sensitivities {
             }
         }
         objective.add_parameters_of_node(node, half, &mut self.of_parameters);
+        let mut by_force = vec![0.0; node.q.len()];
+        objective.add_forces_of_node(node, half, &mut by_force);
+        let by_controls = self.by_controls(node, controls, &by_force);
+        self.rates.iter_mut().zip(&by_controls).for_each(|(rate, by)| *rate += by);
+    }
+
+    /// What a number changes by along each direction of the controls at the present node, where it
+    /// changes so with forces there.
+    fn by_controls(&self, node: &State, controls: &Controls, by_force: &[f64]) -> Vec<f64> {
+        let by_control = controls.of_force(node.configuration(), by_force);
+        let place = controls.place(self.step);
+        let along = |own: &Direction| {
+            let acting = place.and_then(|place| own.controls.get(place));
+            acting.map_or(0.0, |own| dot(&by_control, own))
+        };
+        self.directions.iter().map(along).collect()
     }
 
     fn push(
@@ -514,15 +528,20 @@ impl Sensitivities {
     /// The rates of the cost along the directions, where the run ends at this state; where
     /// multipliers or accelerations cost, after [`Sensitivities::add_forces`] of it.
     #[must_use]
-    pub fn rates(&self, objective: &Objective, end: &State) -> Vec<f64> {
+    pub fn rates(&self, beside: Beside<'_>, end: &State) -> Vec<f64> {
+        let Beside { controls, objective, .. } = beside;
+        controls.set(self.step);
+        let mut by_force = vec![0.0; end.q.len()];
+        objective.add_forces_of_end(end, &mut by_force);
+        let by_controls = self.by_controls(end, controls, &by_force);
         let mut by = Costate::zero(end.q.len(), end.internal.len());
         objective.add_of_end(end, &mut by);
         let mut of_parameters = self.of_parameters.clone();
         objective.add_parameters_of_end(end, &mut of_parameters);
         let pairs = self.rates.iter().zip(&self.tangents).zip(&self.directions);
-        let rates = pairs.map(|((rate, own), direction)| {
+        let rates = pairs.zip(by_controls).map(|(((rate, own), direction), by_controls)| {
             let explicit = direction.parameter.map_or(0.0, |k| of_parameters[k]);
-            rate + by.along(own) + explicit
+            rate + by.along(own) + explicit + by_controls
         });
         rates.collect()
     }

@@ -425,6 +425,12 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
     fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
         self.add_of_node((end, Known::State), scale, (out, &mut []), &mut []);
     }
+    fn add_forces_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
+        if self.reader.level.is_some() {
+            let mut by = Costate::zero(self.reader.n, end.internal.len());
+            self.add_of_node((end, Known::State), scale, (&mut by, out), &mut []);
+        }
+    }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         if out.is_empty() {
             return;

@@ -91,7 +91,7 @@ fn beams_agree_with_sensitivities_and_differences() {
             for _ in 0..STEPS {
                 forward.advance(&mut run, beside).unwrap();
             }
-            let rate = forward.rates(&objective, run.state())[0];
+            let rate = forward.rates(beside, run.state())[0];
             let mut at = |e: f64| {
                 let mut moved = first.clone();
                 moved.p.iter_mut().zip(&start.p).for_each(|(p, dp)| *p += e * dp);

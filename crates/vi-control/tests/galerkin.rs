@@ -121,7 +121,7 @@ fn backward_agrees_with_forward_and_differences() {
                 for _ in 0..STEPS {
                     forward.advance(&mut run, beside).unwrap();
                 }
-                let rate = forward.rates(&objective, run.state())[0];
+                let rate = forward.rates(beside, run.state())[0];
                 let mut at = |e: f64| {
                     let mut moved = start.clone();
                     let Direction { start: own, controls: rates, .. } = &along_this;

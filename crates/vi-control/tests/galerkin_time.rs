@@ -120,7 +120,7 @@ fn the_cost_changes_with_the_length_of_all_steps_as_differences_say() {
             for _ in 0..STEPS {
                 forward.advance(&mut run, beside).unwrap();
             }
-            let rate = forward.rates(&objective, run.state())[0];
+            let rate = forward.rates(beside, run.state())[0];
             let e = 1e-3 * h;
             let at = |k: f64| cost(subject(), s, h + k * e);
             let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * e);

@@ -82,7 +82,7 @@ fn backward_agrees_with_forward_in_all_schemes() {
                 for _ in 0..STEPS {
                     forward.advance(&mut run, beside).unwrap();
                 }
-                let found_forward = forward.rates(&objective, run.state());
+                let found_forward = forward.rates(beside, run.state());
                 let (backward, size) = along(&found, &directions[0]);
                 let error = (found_forward[0] - backward).abs() / size;
                 let of_step = |step: f64| (step - found_forward[1]).abs() / step.abs();

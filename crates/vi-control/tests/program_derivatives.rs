@@ -199,9 +199,16 @@ fn of_every_term() {
 }
 
 /// A problem of a case beside more forces, by a method.
-fn beside(case: &Case, method: Method, force: Option<Box<dyn DiscreteForce>>) -> Transcription {
+fn beside(
+    case: &Case,
+    (method, free): (Method, bool),
+    force: Option<Box<dyn DiscreteForce>>,
+) -> Transcription {
     let (mut problem, guess) = case.problem(2);
     problem.method = method;
+    if free {
+        problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
+    }
     let system = case.system();
     let system = match force {
         Some(force) => system.force(force),
@@ -222,12 +229,12 @@ fn beside_springs() {
             .flat_map(|name| METHODS.map(|method| (name, method())))
         {
             let case = with_springs(name, length);
-            check(&format!("springs by {method:?}"), beside(&case, method, None), EXACT);
+            check(&format!("springs by {method:?}"), beside(&case, (method, false), None), EXACT);
         }
     }
 }
 
-/// A damper between points, and a torque that turns with its body.
+/// A damper between points, and a torque that turns with its body; the time given or free.
 #[test]
 fn beside_dampers_and_turning_torques() {
     let vector = nalgebra::Vector3::new;
@@ -245,14 +252,16 @@ fn beside_dampers_and_turning_torques() {
         .flat_map(|name| METHODS.map(|method| (name, method())))
     {
         let case = Case::read(name);
-        if method != SUZUKI {
-            // what is damped has no steps backward
-            let damper = MidpointForce(Damper { between: between.clone(), damping: 1.7 });
-            let program = beside(&case, method, Some(Box::new(damper)));
-            check(&format!("damper by {method:?}"), program, EXACT);
+        for free in [false, true] {
+            if method != SUZUKI {
+                // what is damped has no steps backward
+                let damper = MidpointForce(Damper { between: between.clone(), damping: 1.7 });
+                let program = beside(&case, (method, free), Some(Box::new(damper)));
+                check(&format!("damper by {method:?}, {free}"), program, EXACT);
+            }
+            let program = beside(&case, (method, free), Some(Box::new(load.clone().unwrap())));
+            check(&format!("torque by {method:?}, {free}"), program, EXACT);
         }
-        let program = beside(&case, method, Some(Box::new(load.clone().unwrap())));
-        check(&format!("torque by {method:?}"), program, EXACT);
     }
 }
 
@@ -278,13 +287,14 @@ impl JointLaw for Curved {
     }
 }
 
-/// `(f, τ)_k = Σ c_ki y_i y_{i+k}`.
+/// `(f, τ)_k = Σ c_ki y_i y_{i+k}`, without the time `y_0`.
 struct Quadratic;
 
 impl Quadratic {
     fn terms() -> impl Iterator<Item = (usize, usize, usize, f64)> {
-        let all = (0..6).flat_map(|k| (0..INPUTS).map(move |i| (k, i)));
-        all.map(|(k, i)| (k, i, (i + k) % INPUTS, 0.03 + 0.01 * (k * i % 7) as f64))
+        let all = (0..6).flat_map(|k| (1..INPUTS).map(move |i| (k, i)));
+        let other = |k: usize, i: usize| 1 + (i - 1 + k) % (INPUTS - 1);
+        all.map(move |(k, i)| (k, i, other(k, i), 0.03 + 0.01 * (k * i % 7) as f64))
     }
 }
 
@@ -314,8 +324,8 @@ impl WrenchLaw for Quadratic {
     }
 }
 
-/// Laws that are curved: along a joint, also with a free time, between points, of the motion of a
-/// body, of the coordinates between two frames; with numbers of velocities that they change.
+/// Laws that are curved, with a free time: along a joint, between points, of the motion of a body, of
+/// the coordinates between two frames; with numbers of velocities that they change.
 #[test]
 fn beside_laws() {
     let vector = nalgebra::Vector3::new;
@@ -353,9 +363,7 @@ fn beside_laws() {
             };
             let (mut problem, guess) = case.problem(2);
             problem.method = method;
-            if law == 0 {
-                problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
-            }
+            problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             let point = Form::point(12, &vector(0.3, 0.1, -0.2));
             let quantity = Quantity::of_node(RateOf(PointComponent { point, axis: 0 }));
             let kind = CostKind::Deviation { quantity, target: 0.2, when: When::Path };

@@ -68,12 +68,54 @@ impl EffortBends {
         let [a, b] = nodes.map(|node| node.sign() / h);
         0.5 * h * (0.25 * self.by_coordinate + 0.5 * (a + b) * self.mixed + a * b * self.by_rate)
     }
+}
 
-    /// `∂²/∂h∂θ_i` of `(h/2) τ(θ̄, Δθ/h)` less `τ_θ/4`, at the rate `Δθ/h`:
-    /// `−½ θ̇ (τ_θθ̇/2 + s_i τ_θ̇θ̇/h)`.
+/// The effort of a step with its derivatives.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepEffort {
+    /// `τ`.
+    pub effort: f64,
+    /// Its derivatives.
+    pub slopes: EffortSlopes,
+    /// Its second ones.
+    pub bends: EffortBends,
+    /// `Δθ/h`.
+    pub rate: f64,
+}
+
+impl StepEffort {
+    /// `∂/∂h` of `(h/2) τ(θ̄, Δθ/h)`: `½ (τ − τ_θ̇ θ̇)`.
     #[must_use]
-    pub fn by_step_and_node(self, h: f64, rate: f64, node: Slot) -> f64 {
-        -0.5 * rate * (0.5 * self.mixed + node.sign() * self.by_rate / h)
+    pub fn by_length(&self) -> f64 {
+        0.5 * (self.effort - self.slopes.by_rate * self.rate)
+    }
+
+    /// `∂²/∂h∂θ_i` of it by the coordinate at a node: `¼ τ_θ − ½ θ̇ (τ_θθ̇/2 + s_i τ_θ̇θ̇/h)`.
+    #[must_use]
+    pub fn by_length_and_node(&self, h: f64, node: Slot) -> f64 {
+        let bends = 0.5 * self.bends.mixed + node.sign() * self.bends.by_rate / h;
+        0.25 * self.slopes.by_coordinate - 0.5 * self.rate * bends
+    }
+
+    /// `∂²/∂h²` of it: `½ τ_θ̇θ̇ θ̇²/h`.
+    #[must_use]
+    pub fn second_by_length(&self, h: f64) -> f64 {
+        0.5 * self.bends.by_rate * self.rate * self.rate / h
+    }
+
+    /// As [`crate::force::LengthBends::add_slope_by_length`] of a force with this effort.
+    pub fn add_slope_by_length(
+        &self,
+        force: &dyn CoordinateForce,
+        s: &Interval,
+        y: [&[f64]; 2],
+        by: Slot,
+        out: &mut [f64],
+    ) {
+        let along: f64 = Slot::BOTH.iter().zip(y).map(|(end, y)| force.rate(s.node(*end), y)).sum();
+        force.add_gradient(s.node(by), along * self.by_length_and_node(s.h, by), out);
+        let own = if by == Slot::First { y[0] } else { y[1] };
+        force.add_bend(s.node(by), own, self.by_length(), out);
     }
 }
 

@@ -15,6 +15,7 @@ use crate::configuration::Configuration;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::{Interval, Slot, StepChange};
+use crate::linear::dot;
 use crate::quantity_effort::QuantityEffort;
 use crate::sparse::{Block, Entries, Product};
 use std::borrow::Cow;
@@ -118,6 +119,10 @@ pub trait DiscreteForce: Send + Sync {
     /// Emits `∂²(y_0·f_d^- + y_1·f_d^+)/∂q_i∂q_j`, rows of the first of both slots, where second
     /// derivatives are known: nothing else.
     fn add_bend(&self, _s: &Interval, _y: [&[f64]; 2], _: [Slot; 2], _out: &mut dyn Entries) {}
+    /// Its second derivatives by the length of the step, where they are known.
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        None
+    }
     /// Emits `a ∂²/∂q∂q + b ∂²/∂q∂v + c ∂²/∂v∂q + d ∂²/∂v∂v` of `z·f(t, q, v)`, rows of the first,
     /// where second derivatives are known: nothing else.
     fn add_gauss_bend(
@@ -164,6 +169,15 @@ pub trait DiscreteForce: Send + Sync {
     fn interpolation(&self) -> Option<&dyn StrainInterpolation> {
         None
     }
+}
+
+/// Second derivatives of `φ = y_0·f_d^- + y_1·f_d^+` by the length `h` of a step, at fixed nodes and
+/// a fixed time of the middle.
+pub trait LengthBends {
+    /// `out ← out + ∂²φ/∂h∂q_by`.
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]);
+    /// `∂²φ/∂h²`.
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64;
 }
 
 /// A force depends on time in a way whose derivative is not known: a kink, a jump, a function of
@@ -313,17 +327,10 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * by.sign(), out);
     }
 
-    fn add_bend(
-        &self,
-        s: &Interval,
-        [y_0, y_1]: [&[f64]; 2],
-        [i, j]: [Slot; 2],
-        out: &mut dyn Entries,
-    ) {
-        let sum: Vec<f64> = y_0.iter().zip(y_1).map(|(a, b)| a + b).collect();
+    fn add_bend(&self, s: &Interval, y: [&[f64]; 2], [i, j]: [Slot; 2], out: &mut dyn Entries) {
         let [a, b] = [i, j].map(|slot| slot.sign() / s.h);
         let by = [0.25, 0.5 * b, 0.5 * a, a * b].map(|by| 0.5 * s.h * by);
-        self.0.add_bend(s.t_mid(), [&s.q_mid, &s.v_mid], &sum, by, out);
+        self.0.add_bend(s.t_mid(), [&s.q_mid, &s.v_mid], &sum(y), by, out);
     }
 
     fn add_gauss_bend(
@@ -335,6 +342,10 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         out: &mut dyn Entries,
     ) {
         self.0.add_bend(at.t, [at.q, v], z, by, out);
+    }
+
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        Some(self)
     }
 
     fn add_step_slope(
@@ -395,6 +406,32 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
     fn is_dissipative(&self) -> bool {
         self.0.is_dissipative()
     }
+}
+
+/// Of `(h/2) z·f(q_{n+1/2}, Δq/h)`, `z = y_0 + y_1`.
+impl<F: Force> LengthBends for MidpointForce<F> {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        let (t, q, v, z) = (s.t_mid(), &s.q_mid, &s.v_mid, sum(y));
+        {
+            let into = &mut Product { v: &z, out: &mut *out };
+            let out = &mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
+            self.0.add_position_derivative(t, q, v, 0.25, out);
+        }
+        let by = [0.0, -0.25, 0.0, -0.5 * by.sign() / s.h];
+        self.0.add_bend(t, [q, v], &z, by, &mut Product { v, out });
+    }
+
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let (v, mut turned) = (&s.v_mid, vec![0.0; s.dim()]);
+        let by = [0.0, 0.0, 0.0, 0.5 / s.h];
+        let out = &mut Product { v, out: &mut turned };
+        self.0.add_bend(s.t_mid(), [&s.q_mid, v], &sum(y), by, out);
+        dot(&turned, v)
+    }
+}
+
+fn sum([a, b]: [&[f64]; 2]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a + b).collect()
 }
 
 /// Linear damping `f = −C v` with a constant matrix given by its entries `(row, column, value)`.

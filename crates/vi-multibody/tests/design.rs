@@ -17,7 +17,7 @@ use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError};
 use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
 use vi_multibody::design::{
     BarTangent, BodyTangent, EffortChange, JointTangent, MechanismDesign, MechanismTangent,
-    ScalarTangent, SpringTangent,
+    ScalarTangent, SpringTangent, WholeForce,
 };
 use vi_multibody::form::Form;
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -368,7 +368,8 @@ fn tangents(
             }
             _ => {
                 let load = particle_load(mechanism, Vector3::y());
-                tangent.forces.push((String::new(), Arc::new(MidpointForce(load))));
+                let whole = WholeForce(Box::new(MidpointForce(load)));
+                tangent.forces.push((String::new(), Arc::new(whole)));
             }
         }
         of_element(Element::Force(k), format!("force {k} `{}`", own.name), tangent);

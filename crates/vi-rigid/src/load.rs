@@ -22,9 +22,9 @@ use crate::time_history::{HistoryError, TimeHistory};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, NoTimeSlope};
+use vi_core::force::{DiscreteForce, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Block, Entries, Product};
 
 /// Which components of a load stay fixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -301,6 +301,22 @@ fn cross(out: &mut dyn Entries, row: usize, column: usize, a: &Vector3<f64>) {
     }
 }
 
+/// Its impulse goes with the length.
+impl LengthBends for Load {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        for (of, y) in Slot::BOTH.into_iter().zip(y) {
+            let into = &mut Product { v: y, out: &mut *out };
+            let scale = 1.0 / s.h;
+            let out = &mut Block { into, row: 0, column: 0, scale, transposed: true };
+            self.add_slope(s, of, by, out);
+        }
+    }
+
+    fn second_by_length(&self, _s: &Interval, _y: [&[f64]; 2]) -> f64 {
+        0.0
+    }
+}
+
 impl DiscreteForce for Load {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.add_half(s, &s.q0, &mut out[self.offset..]);
@@ -344,6 +360,10 @@ impl DiscreteForce for Load {
         let y = slots.map(|slot| if slot == Slot::First { y[0] } else { y[1] });
         let scale = 0.25 * s.h * self.history.value(s.t_mid()); // (h/2) c, and ∂d̄_J/∂d_J = ½ I
         self.add_torque_bends(scale, y, out);
+    }
+
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        Some(self)
     }
 
     fn add_gauss_bend(

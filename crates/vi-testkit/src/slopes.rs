@@ -228,7 +228,42 @@ pub fn bend_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
             pulled(n, &y, |out| force.add_gauss_slopes(at, &place[1], by, out))
         },
     );
-    in_step.max(at_node)
+    in_step.max(at_node).max(length_bend_error(force, s, [&y, &other]))
+}
+
+/// That of the second derivatives by the length of a step, where they are known.
+fn length_bend_error(force: &dyn DiscreteForce, s: &Interval, y: [&[f64]; 2]) -> f64 {
+    let Some(own) = force.length_bends() else { return 0.0 };
+    let (n, t) = (s.dim(), s.t_mid());
+    let mut all = Vec::new();
+    for by in Slot::BOTH {
+        let mut found = vec![0.0; n];
+        own.add_slope_by_length(s, y, by, &mut found);
+        let expected = smooth_difference(|e| {
+            let s = timed(s, s.h + 0.1 * e, t);
+            let of = |of, y: &[f64]| pulled(n, y, |out| force.add_slope(&s, of, by, out));
+            let all = of(Slot::First, y[0]).into_iter().zip(of(Slot::Second, y[1]));
+            all.map(|(a, b)| 10.0 * (a + b)).collect()
+        });
+        all.push([found, expected].map(|x| DMatrix::from_vec(n, 1, x)).into());
+    }
+    let expected = smooth_difference(|e| {
+        let s = timed(s, s.h + 0.1 * e, t);
+        let mut sum = 0.0;
+        for (of, y) in Slot::BOTH.into_iter().zip(y) {
+            let mut slope = vec![0.0; n];
+            let change = StepChange { length: 10.0, middle: 0.0 };
+            if force.add_step_slope(&s, of, change, &mut slope).is_ok() {
+                sum += slope.iter().zip(y).map(|(f, y)| f * y).sum::<f64>();
+            }
+        }
+        vec![sum]
+    });
+    let second = [own.second_by_length(s, y), expected[0]].map(|x| DMatrix::from_element(1, 1, x));
+    // by h twice: of the order of the derivative of the impulse by a node, over the step
+    let least =
+        all.iter().map(|(_, x): &(DMatrix<f64>, DMatrix<f64>)| x.amax()).fold(0.0, f64::max);
+    relative(&all, 0.0).max(relative(&[second.into()], least))
 }
 
 /// The same of a potential: of its discrete form and of its third derivative.

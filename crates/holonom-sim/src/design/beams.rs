@@ -15,7 +15,7 @@ use std::sync::Arc;
 use vi_beam::Rest;
 use vi_beam::design::{ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_core::num_dual::Dual64;
-use vi_multibody::design::StepTangent;
+use vi_multibody::design::{StepTangent, WholeForce};
 use vi_rigid::directors::{self, FRAME};
 
 /// No part of a step of a composition is longer, in steps.
@@ -149,7 +149,7 @@ impl Chain<'_> {
         let history = TimeFunctions::new(self.model).history("", &load.history);
         let System { beams, dynamics, .. } = self.system;
         let loads = loads_along(load, by, &history, (&dynamics.parts, &beams.list))?;
-        let named = |own| (load.name.clone(), Arc::new(own) as _);
+        let named = |own| (load.name.clone(), Arc::new(WholeForce(Box::new(own))) as _);
         found.numbers.forces.extend(loads.into_iter().map(named));
         let [force, torque] = by.map(Into::into);
         let more = Load { force, torque, relative_to: None, ..load.clone() };

@@ -6,7 +6,6 @@ use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system::joint_drive::{bumper, friction};
 use holonom_model::{Contact, FrictionCourse, Limits, ModelError};
 use std::sync::Arc;
-use vi_core::force::MidpointForce;
 use vi_core::num_dual::Dual64;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::contact::compliant_change::CompliantChange;
@@ -94,7 +93,7 @@ impl Chain<'_> {
             let change = CompliantChange { contact: (**contact).clone(), by };
             let quadrature = self.system.dynamics.quadrature;
             out.potentials.push(Arc::from(quadrature.discretize(change.clone())));
-            out.forces.push((stated.name.clone(), Arc::new(MidpointForce(change))));
+            out.forces.push((stated.name.clone(), Arc::new(change)));
         }
         Ok(())
     }

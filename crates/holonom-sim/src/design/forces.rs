@@ -9,7 +9,9 @@ use vi_core::Number;
 use vi_core::force::MidpointForce;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ElementForce;
-use vi_multibody::design::{EffortChange, EffortTangent, MechanismTangent, SpringTangent};
+use vi_multibody::design::{
+    EffortChange, EffortTangent, MechanismTangent, SpringTangent, WholeForce,
+};
 use vi_multibody::form::Form;
 use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
@@ -225,7 +227,8 @@ impl Chain<'_> {
                     (mechanism.particle_offset(k), mechanism.description().dimension);
                 let history = TimeFunctions::new(self.model).history("", &load.history);
                 let load = ParticleLoad { offset, dimension, force, history };
-                out.forces.push((name.to_owned(), Arc::new(MidpointForce(load))));
+                let whole = WholeForce(Box::new(MidpointForce(load)));
+                out.forces.push((name.to_owned(), Arc::new(whole)));
             }
             return;
         }

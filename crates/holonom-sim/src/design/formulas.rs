@@ -19,7 +19,7 @@ use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use vi_multibody::builder::ForceElements;
-use vi_multibody::design::{MechanismTangent, SignalTangent};
+use vi_multibody::design::{MechanismTangent, SignalTangent, WholeForce};
 use vi_multibody::mechanism::Mechanism;
 
 /// The expressions that a parameter changes.
@@ -337,7 +337,8 @@ impl Chain<'_> {
         let of_run = &dynamics.forces;
         let signals = dynamics.variational(&self.system.mechanism).places_of_signals().start;
         for own in forces.forces.iter().filter(|own| changed.contains(&own.name)) {
-            out.forces.push((own.name.clone(), Arc::from(own.force.discrete(signals))));
+            let whole = WholeForce(own.force.discrete(signals));
+            out.forces.push((own.name.clone(), Arc::new(whole)));
         }
         for own in forces.bushings.iter().filter(|own| changed.contains(&own.name)) {
             if stored(forces, &own.name) && !stored(of_run, &own.name) {

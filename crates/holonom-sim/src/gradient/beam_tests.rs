@@ -174,10 +174,11 @@ fn forward(text: &str) -> Vec<(String, f64)> {
     });
     let mut beside = Sensitivities::new(run, model.settings.step, directions.collect()).unwrap();
     let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
+    let with = Beside { controls, design: Some(&design), objective };
     for _ in 0..prepared.steps {
-        beside.advance(run, Beside { controls, design: Some(&design), objective }).unwrap();
+        beside.advance(run, with).unwrap();
     }
-    let rates = beside.rates(objective, run.state());
+    let rates = beside.rates(with, run.state());
     tangents.iter().map(|own| own.name.clone()).zip(rates).collect()
 }
 

@@ -109,7 +109,7 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
         tangents.advance(run, beside).unwrap();
     }
     tangents.add_forces(run, beside, true).unwrap();
-    let mut rates = tangents.rates(objective, run.state());
+    let mut rates = tangents.rates(beside, run.state());
     let controls = rates.split_off(rates.len() - model.controls.len());
     let initial = rates.split_off(changes.len());
     [rates, initial, controls]
@@ -485,14 +485,15 @@ fn reactions_beside_forces_agree_with_differences() {
     compare_all(&hinged, &[("reaction", "hinge", "", &["fy", "mx"][..])], PATH);
 }
 
-/// By sub-steps and by Galerkin steps all is of the acceleration level.
+/// By sub-steps and by Galerkin steps all is of the acceleration level, on which controls act as in
+/// the step from the node, at the end as in the last one.
 #[test]
 fn forces_of_higher_order_agree_with_differences() {
-    let linkage = without_controls(&without_objectives(LINKAGE));
+    let linkage = without_objectives(LINKAGE);
     let loops = [("reaction", "cut", "", &["fx"][..]), ("acceleration", "coupler", "", &["z"])];
     let galerkin = "method = \"galerkin\"\norder = 4\n";
     let still = linkage.replace("damper = { damping = 0.05 }\n", "");
-    let (forces, free) = (without_controls(FORCES), without_controls(&conservative()));
+    let (forces, free) = (FORCES.to_owned(), conservative());
     for (text, loops_of, steps) in [(&forces, &linkage, galerkin), (&free, &still, "order = 4\n")] {
         for at in ["", PATH] {
             compare_all(&by(text, steps), &[REACTIONS[0], REACTIONS[5], REACTIONS[6]], at);
@@ -608,7 +609,7 @@ fn forces_by_the_time_step_agree_with_differences() {
                 forward.advance(run, beside).unwrap();
             }
             forward.add_forces(run, beside, true).unwrap();
-            let forward = forward.rates(objective, run.state())[0];
+            let forward = forward.rates(beside, run.state())[0];
             let value = |h: f64| {
                 let mut model = model.clone();
                 (model.settings.step, model.settings.end) = (h, h * steps as f64);

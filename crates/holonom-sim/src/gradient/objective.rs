@@ -165,7 +165,7 @@ impl Costs {
         // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
         let of_steps = reads.any() && !of_states;
         let level = match reads.any() && !(of_steps && reads.forces && own.at == CountedAt::End) {
-            true => Some(forces::level(model, system, (&key, of_steps), tangents)?),
+            true => Some(forces::level(system, tangents)?),
             false => None,
         };
         let masses = forces::masses((model, system), run, quantity.reads_velocity());

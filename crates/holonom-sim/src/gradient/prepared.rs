@@ -219,6 +219,7 @@ fn values_along(
     let run = simulation.integrator();
     let mut values = vec![0.0; costs.len()];
     costs.iter().for_each(|own| own.sum.follow(run.state(), Seen::First));
+    controls.set(0);
     let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
     let mut nodes: Vec<NodeCost> = begin.collect();
     let accelerate = costs.iter().any(|own| !own.sum.accelerations().is_empty());
@@ -242,6 +243,7 @@ fn values_along(
         if let Some(node) = node {
             beside.add_step(&mut values, costs, &node, dq);
         }
+        controls.set(step + 1); // those of the step from a node act there
         for ((value, own), nodes) in values.iter_mut().zip(costs).zip(&mut nodes) {
             own.sum.follow(run.state(), Seen::Next);
             *value += nodes.step_to(&own.sum, run.state());

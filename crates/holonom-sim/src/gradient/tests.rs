@@ -572,11 +572,9 @@ fn what_has_no_derivative_is_refused_by_its_key() {
         error.to_string()
     };
     let at_rest = LINKAGE.replace("rate = 3.0\n", "");
-    let galerkin = ARM.replace("step = 0.01", "step = 0.01\nmethod = \"galerkin\"\norder = 4");
     let cases = [
         (ARM, "step = 0.01", "step = 0.01\nscheme = \"em-nodal\"", "simulation.scheme"),
         (ARM, "sensor = \"tip.z\"", "sensor = \"tip\"", "several numbers"),
-        (&galerkin, "type = \"position\"", "type = \"acceleration\"", "the control `drive`"),
         (ARM, "sensor = \"angle\"", "sensor = \"angle.1\"", "no coordinate"),
         (
             ARM,

@@ -231,7 +231,7 @@ impl ModelTrials<'_> {
             directions.push(Direction { start, parameter, ..Direction::default() });
         }
         let level = match reads.any() {
-            true => Some(forces::level(&model, &prepared.system, ("sensor", true), &tangents)?),
+            true => Some(forces::level(&prepared.system, &tangents)?),
             false => None,
         };
         let parts = (&model, &prepared.system);

@@ -26,7 +26,7 @@ use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
-    FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity, Rest, When,
+    FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity, Rest, Uncovered, When,
 };
 use vi_control::transcription::{Guess, Motion, Path, Transcription};
 use vi_multibody::held_effort::HeldEffort;
@@ -277,13 +277,24 @@ fn remedy(error: &ProblemError) -> &'static str {
         ProblemError::Method(SetupError::DissipativeComposition) => {
             "write order = 2, or method = \"galerkin\", under [simulation]"
         }
-        ProblemError::NotCovered(what) if what.starts_with("a free final time") => {
-            "remove `time` of [optimize]: the motion lasts until `end`"
-        }
-        ProblemError::NotCovered("point masses") => "let bodies take their place",
-        ProblemError::NotCovered("beams") => {
+        ProblemError::NotCovered(what) => remedy_of(what),
+        _ => "change what cannot be optimised, or what is asked for",
+    }
+}
+
+fn remedy_of(what: &Uncovered) -> &'static str {
+    match what {
+        Uncovered::Particles => "let bodies take their place",
+        Uncovered::Beams => {
             "remove the [[control]]: designs and fits take beams, controls take bodies on springs"
         }
-        _ => "change what cannot be optimised, or what is asked for",
+        Uncovered::Memory => "take functions of the motion alone: no states, delays or samples",
+        Uncovered::ForceInTime(_) | Uncovered::EffortInTime => {
+            "remove `time` of [optimize]: the motion lasts until `end`"
+        }
+        Uncovered::SingularStart => "begin where all joints can move, or ask for coordinates",
+        Uncovered::RestInLoop => "leave `of` out: all comes to rest",
+        Uncovered::NoCoordinate => "let a torque act on the body: `body` in the place of `joint`",
+        Uncovered::Constraints => "remove them, or take joints in their place",
     }
 }

@@ -316,6 +316,44 @@ fn bounds_hold_by(method: &str, cost: f64) {
     }
 }
 
+/// A free time beside what is not along joints: a damper between points, a force that turns with
+/// the body, a law of its velocity. At the time that is found the cost of a given time is least.
+#[test]
+fn a_free_time_is_least_beside_dampers_loads_and_laws() {
+    let forces = "spring = [{ name = \"tie\", from = \"ground\", to = \"rod\", point_from = [0.8, 0.1, 0.3], stiffness = 1.5, natural_length = 0.4, damping = 0.8 }]\n\
+                  load = [{ name = \"push\", body = \"rod\", force = [0.5, 0.0, 0.2], point = [0.0, 0.0, 0.1], frame = \"body\" }]\n\
+                  law = [{ name = \"drag\", on = \"rod\", force = [\"-0.3*vx*(1 + vx^2)\", \"0\", \"-0.3*vz\"] }]\n";
+    for method in ["", ", order = 4, method = \"galerkin\""] {
+        let stated = format!("step = 0.05{method}");
+        let timed = "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 3.0 }]";
+        let text = PENDULUM.replace("step = 0.05", &stated).replace("type = \"effort\" }]", timed)
+            + forces;
+        let free = found(&format!("{text}optimize = {{ time = {{ min = 0.5, max = 6.0 }} }}\n"));
+        let free = free.unwrap().report;
+        assert_eq!((free.status, free.sufficient), (Status::Optimal, Some(true)), "{free:?}");
+        assert!(free.replay.as_ref().unwrap().deviation < 1e-8);
+        let given = |time: f64| {
+            let step = time / 40.0;
+            let text = text.replace("step = 0.05", &format!("step = {step:?}"));
+            let report = found(&text.replace("end = 2.0", &format!("end = {time:?}"))).unwrap();
+            report.report.cost
+        };
+        let (at, by) = (given(free.time), 1e-3 * free.time);
+        let [before, after] = [-by, by].map(|by| given(free.time + by));
+        let (slope, bend) =
+            ((after - before) / (2.0 * by), (after - 2.0 * at + before) / (by * by));
+        println!("{method}: {} at {} s, slope {slope:.1e}, bend {bend:.1e}", free.cost, free.time);
+        assert!((at - free.cost).abs() < 1e-9 * at && free.time > 0.6 && free.time < 5.9);
+        assert!(bend > 0.0 && slope.abs() < 1e-5 * bend * free.time, "{slope} {bend}");
+        for late in ["-0.3*vz*t", "-0.3*vz*select(t - 1.1, 2, 1)"] {
+            let late = text.replace("-0.3*vz", late);
+            let late = format!("{late}optimize = {{ time = {{ min = 0.5, max = 6.0 }} }}\n");
+            let error = found(&late).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(error.contains("beside `drag`, which changes with the time"), "{error}");
+        }
+    }
+}
+
 /// Efforts that cannot lift it.
 #[test]
 fn what_no_effort_meets_is_infeasible() {

@@ -250,25 +250,11 @@ fn accelerated(asked: Asked<'_>) -> OfNode {
     })))
 }
 
-/// What the acceleration level of a run follows from; `of_steps`: whether it serves the ends of a
-/// run alone.
+/// What the acceleration level of a run follows from.
 ///
 /// # Errors
 /// [`ModelError`] where it has no derivative.
-pub(crate) fn level(
-    model: &Model,
-    system: &System,
-    (key, of_steps): (&str, bool),
-    tangents: &[ModelTangent],
-) -> Result<Level, ModelError> {
-    if let Some(control) = model.controls.first().filter(|_| !of_steps) {
-        let what = format!(
-            "accelerations and forces of constraints by sub-steps or Galerkin's method, with the control `{}`",
-            control.name
-        );
-        let help = "take a run of order 2, or remove the [[control]]";
-        return Err(refused(key, what, help));
-    }
+pub(crate) fn level(system: &System, tangents: &[ModelTangent]) -> Result<Level, ModelError> {
     let System { mechanism, dynamics, .. } = system;
     let mass = dynamics.parts.mass_matrix(mechanism);
     let design: Option<Arc<dyn Design + Send + Sync>> = match tangents {

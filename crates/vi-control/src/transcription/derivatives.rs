@@ -173,7 +173,7 @@ impl Transcription {
                 let Some(row) = row_of(own.index) else { continue };
                 for (end, slot) in Slot::BOTH.into_iter().enumerate() {
                     if let Some(at) = self.layout.coordinate(piece.first + end) {
-                        out(row, at + own.index, own.slopes.by_node(piece.s.h, slot));
+                        out(row, at + own.index, own.effort.slopes.by_node(piece.s.h, slot));
                     }
                 }
             }
@@ -196,7 +196,7 @@ impl Transcription {
                 slope[along.index] += 0.5 * gamma * along.sign * value;
             }
             for own in along {
-                slope[own.index] += gamma * own.sign * own.by_step();
+                slope[own.index] += gamma * own.sign * own.effort.by_length();
             }
         }
         slope
@@ -456,11 +456,12 @@ impl Transcription {
                 let Some(at) = self.layout.coordinate(*n) else { continue };
                 for (m, other) in &ends[..=i] {
                     let Some(before) = self.layout.coordinate(*m) else { continue };
-                    let second = own.bends.by_nodes(piece.s.h, [*node, *other]);
+                    let second = own.effort.bends.by_nodes(piece.s.h, [*node, *other]);
                     out(at + own.index, before + own.index, own.sign * y_sum * second);
                 }
                 let Some(time) = self.layout.time else { continue };
-                let value = self.division.gamma(p) * y_sum * own.by_step_and_node(piece.s.h, *node);
+                let by_node = own.effort.by_length_and_node(piece.s.h, *node);
+                let value = self.division.gamma(p) * y_sum * by_node;
                 out(time, at + own.index, value / self.problem.steps as f64);
             }
         }
@@ -478,7 +479,8 @@ impl Transcription {
         let Kind::SubStep(along) = &piece.kind else { return 0.0 };
         let ends = [piece.first, piece.first + self.division.span()];
         let y = |j: usize| ends.iter().map(|n| multipliers[*n][j]).sum::<f64>();
-        along.iter().map(|own| own.sign * y(own.index) * own.second_by_step(piece.s.h)).sum()
+        let second = |own: &Along| own.effort.second_by_length(piece.s.h);
+        along.iter().map(|own| own.sign * y(own.index) * second(own)).sum()
     }
 
     /// What couples the value of a control in a piece with the nodes of the piece and with the
@@ -594,22 +596,5 @@ impl Transcription {
 fn emit_square(slopes: &[(usize, f64)], weight: f64, out: &mut Sink<'_>) {
     for (i, &(a, of_a)) in slopes.iter().enumerate() {
         slopes[..=i].iter().for_each(|&(b, of_b)| out(a, b, weight * of_a * of_b));
-    }
-}
-
-impl Along {
-    /// `∂/∂h` of `(h/2) τ(θ̄, Δθ/h)`.
-    pub(super) fn by_step(&self) -> f64 {
-        0.5 * (self.effort - self.slopes.by_rate * self.rate)
-    }
-
-    /// `∂²/∂h∂θ` of it by the coordinate at a node.
-    pub(super) fn by_step_and_node(&self, h: f64, node: Slot) -> f64 {
-        0.25 * self.slopes.by_coordinate + self.bends.by_step_and_node(h, self.rate, node)
-    }
-
-    /// `∂²/∂h²` of it: `½ τ_θ̇θ̇ (Δθ)²/h³`.
-    pub(super) fn second_by_step(&self, h: f64) -> f64 {
-        0.5 * self.bends.by_rate * self.rate * self.rate / h
     }
 }

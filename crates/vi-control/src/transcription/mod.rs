@@ -39,7 +39,7 @@ use layout::{Counts, Layout, is_bound};
 use nalgebra::DMatrix;
 use numbers::Velocities;
 use point::Point;
-use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest};
+use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest, Uncovered};
 use std::sync::Arc;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::setup::SetupError;
@@ -54,10 +54,6 @@ use vi_multibody::scalar_constraint::ScalarRow;
 /// Bound of the second of three rotations of a chart about its reference, rad: at `π/2` the chart
 /// ends.
 const CHART: f64 = 1.2;
-
-/// What has to be a wrench.
-const NO_COORDINATE: &str =
-    "efforts along ball joints and free bodies (let a wrench act on the body in their place)";
 
 /// A problem of optimal control of a mechanism as a nonlinear program.
 #[derive(Debug)]
@@ -148,7 +144,7 @@ impl Transcription {
         guess: &Guess,
     ) -> Result<Self, ProblemError> {
         problem.check()?;
-        check_mechanism(mechanism, &system, &problem)?;
+        check_mechanism(mechanism, &system, at, &problem)?;
         let n = at.q.len();
         let chart = Chart::new(mechanism, n);
         let closures = independent(mechanism, &chart, &chart.reference(at.q))?;
@@ -156,7 +152,7 @@ impl Transcription {
         let (references, travel) =
             references(&chart, mechanism, (at.q, &closures), &division, guess)?;
         if !closures.is_empty() && matches!(problem.rest, Rest::Unknowns(_)) {
-            return Err(ProblemError::NotCovered("rest of single joints of a closed loop"));
+            return Err(ProblemError::NotCovered(Uncovered::RestInLoop));
         }
         let (turning, middle) = angles(mechanism);
         let bounded = problem.max_increment.is_finite();
@@ -175,7 +171,7 @@ impl Transcription {
         let mut efforts = problem.controls.iter().zip(&coordinates);
         if efforts.any(|(own, coordinate)| is_effort(own) && coordinate.is_none()) {
             // charts turn these about themselves: no torque belongs to one of their coordinates
-            return Err(ProblemError::NotCovered(NO_COORDINATE));
+            return Err(ProblemError::NotCovered(Uncovered::NoCoordinate));
         }
         let velocities = Velocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];
@@ -392,30 +388,33 @@ impl Transcription {
 fn check_mechanism(
     mechanism: &Mechanism,
     system: &SeparableSystem,
+    at: InitialValues<'_>,
     problem: &Problem,
 ) -> Result<(), ProblemError> {
     let description = mechanism.description();
     if !description.particles.is_empty() {
-        return Err(ProblemError::NotCovered("point masses"));
+        return Err(ProblemError::NotCovered(Uncovered::Particles));
     }
     if mechanism.has_nodes() {
-        return Err(ProblemError::NotCovered("beams"));
+        return Err(ProblemError::NotCovered(Uncovered::Beams));
     }
     if system.places_of_signals().len() + system.variables_of_forces() > 0
         || !system.variables_of_potentials(&[]).is_empty()
         || system.has_memory()
     {
-        return Err(ProblemError::NotCovered("forces with a memory"));
+        return Err(ProblemError::NotCovered(Uncovered::Memory));
     }
     let gammas = problem.method.composition().gammas();
     if system.is_dissipative() && gammas.iter().any(|gamma| *gamma < 0.0) {
         return Err(ProblemError::Method(SetupError::DissipativeComposition));
     }
-    let free_time = matches!(problem.time, FinalTime::Free { .. });
-    if free_time && system.has_forces_beside_unknowns() {
-        return Err(ProblemError::NotCovered(
-            "a free final time beside loads and dampers of points",
-        ));
+    if problem.time.is_free() {
+        let divided = matches!(problem.method, Method::Composition(_));
+        let times = sampled(at, problem);
+        let places = [1.0, 2.0, 3.0].map(|seed| near(at, seed));
+        if let Some(source) = system.first_of_time((&places, &times), divided) {
+            return Err(ProblemError::NotCovered(Uncovered::ForceInTime(source.clone())));
+        }
     }
     let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
     let numbers = description.bodies.iter().all(|body| finite(body.center.as_slice()));
@@ -432,7 +431,7 @@ fn independent(
     for row in mechanism.loop_constraints() {
         match row {
             ScalarRow::Product(row) => rows.push(row),
-            _ => return Err(ProblemError::NotCovered("gears, prescribed motions and rolling")),
+            _ => return Err(ProblemError::NotCovered(Uncovered::Constraints)),
         }
     }
     let columns = chart.columns(&chart.place(reference, &vec![0.0; chart.dof()]));
@@ -468,6 +467,20 @@ fn angles(mechanism: &Mechanism) -> (Vec<usize>, Vec<usize>) {
     (turning, middle)
 }
 
+/// Times at which what changes with the time itself shows.
+fn sampled(at: InitialValues<'_>, problem: &Problem) -> Vec<f64> {
+    const COUNT: u32 = 32;
+    let part = |k: u32| at.t + f64::from(k) / f64::from(COUNT) * problem.time.guess();
+    (0..=COUNT).map(part).collect()
+}
+
+/// A place near the start with any velocity.
+fn near(at: InitialValues<'_>, seed: f64) -> [Vec<f64>; 2] {
+    let any = |i: usize, seed: f64| libm::sin(seed * (1 + i * i) as f64);
+    let q = at.q.iter().enumerate().map(|(i, q)| q + 0.1 * any(i, seed)).collect();
+    [q, (0..at.q.len()).map(|i| any(i, seed + 0.5)).collect()]
+}
+
 /// The coordinates of efforts along unknowns at the start.
 fn along_starts(
     system: &SeparableSystem,
@@ -475,14 +488,13 @@ fn along_starts(
     problem: &Problem,
 ) -> Result<Vec<f64>, ProblemError> {
     let start = Configuration::new(at.t, at.q);
-    let free_time = matches!(problem.time, FinalTime::Free { .. });
     let mut starts = Vec::new();
     for own in system.along_unknowns() {
         let theta = own.force.coordinate(start);
         let at_time = |t: f64| own.force.effort(t, theta, 0.0).to_bits();
-        let times = [0.0, 0.21, 0.67, 1.0].map(|part| at.t + part * problem.time.guess());
-        if free_time && times.iter().any(|t| at_time(*t) != at_time(at.t)) {
-            return Err(ProblemError::NotCovered("a free final time beside forces in time"));
+        let times = sampled(at, problem);
+        if problem.time.is_free() && times.iter().any(|t| at_time(*t) != at_time(at.t)) {
+            return Err(ProblemError::NotCovered(Uncovered::EffortInTime));
         }
         starts.push(theta);
     }

@@ -23,7 +23,7 @@ use super::Transcription;
 use super::derivatives::Sink;
 use super::piece::{Effect, Kind, Piece, add_product, products};
 use super::point::Point;
-use super::problem::{CostKind, Problem, ProblemError, Quantity};
+use super::problem::{CostKind, Problem, ProblemError, Quantity, Uncovered};
 use crate::node::{NodeQuantity, Reads};
 use crate::objective::{self, Known, Seen};
 use crate::program::Undefined;
@@ -88,7 +88,7 @@ impl Velocities {
             return Ok(None);
         }
         let rows = IndependentRows::find_generic(mechanism, at.t, at.q);
-        let rows = rows.map_err(|_| ProblemError::NotCovered("velocities at a singular start"))?;
+        let rows = rows.map_err(|_| ProblemError::NotCovered(Uncovered::SingularStart))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
         let reader = NodeReader::at(mechanism, system, (&rows, &state))?;
@@ -304,8 +304,8 @@ impl Transcription {
         let part = self.division.gamma(number) / self.problem.steps as f64;
         let mut change = vec![0.0; self.n];
         if let Kind::Galerkin(_) = piece.kind {
-            let [inertial, other] = piece.momentum(self, span);
-            change = piece.by_length(self, span, &other);
+            let [inertial, _] = piece.momentum(self, span);
+            change = piece.by_length(self, span);
             let both = change.iter_mut().zip(&inertial);
             both.for_each(|(change, w)| *change = part * (*change - w / piece.s.h));
             return change;
@@ -355,17 +355,13 @@ impl Transcription {
         let piece = &point.pieces[number];
         let mut slope = piece.slope_by_length(self, j, Y);
         let Kind::SubStep(along) = &piece.kind else { return slope };
-        let (s, node, y) = (&piece.s, Slot::BOTH[j], Y[1]);
-        let at_end = node == Slot::Second;
+        let (s, by, y) = (&piece.s, Slot::BOTH[j], Y[1]);
+        let at_end = by == Slot::Second;
         for (_, value, own) in self.efforts_of(point, number).filter(|_| at_end) {
             own.add_bend(&state.q, y, 0.5 * value, &mut slope);
         }
         for (own, effort) in self.system.along_unknowns().zip(along) {
-            let by_node = own.force.rate(&state.q, y) * effort.by_step_and_node(s.h, node);
-            own.force.add_gradient(s.node(node), by_node, &mut slope);
-            if at_end {
-                own.force.add_bend(&state.q, y, effort.by_step(), &mut slope);
-            }
+            effort.effort.add_slope_by_length(own.force, s, [Y[0], y], by, &mut slope);
         }
         slope
     }
@@ -377,7 +373,7 @@ impl Transcription {
         let mut second = 2.0 * dot(&inertial, Y[span]) / (h * h) + piece.second_by_length(self, Y);
         if let Kind::SubStep(along) = &piece.kind {
             for (own, effort) in self.system.along_unknowns().zip(along) {
-                second += own.force.rate(&state.q, Y[1]) * effort.second_by_step(h);
+                second += own.force.rate(&state.q, Y[1]) * effort.effort.second_by_length(h);
             }
         }
         second

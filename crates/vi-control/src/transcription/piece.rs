@@ -17,9 +17,9 @@ use nalgebra::DMatrix;
 use std::sync::OnceLock;
 use vi_constraints::galerkin::GaussSlopes;
 use vi_constraints::galerkin::control_points::ControlPoints;
-use vi_core::coordinate_force::{EffortBends, EffortSlopes, SignedUnknown};
+use vi_core::coordinate_force::{SignedUnknown, StepEffort};
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
-use vi_core::force::DiscreteForce as _;
+use vi_core::force::{DiscreteForce as _, LengthBends as _};
 use vi_core::galerkin::{GaussPoint, Stages};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::linear::dot;
@@ -47,13 +47,7 @@ pub(super) struct Along {
     /// `σ`.
     pub(super) sign: f64,
     /// `τ`.
-    pub(super) effort: f64,
-    /// Its derivatives.
-    pub(super) slopes: EffortSlopes,
-    /// Its second ones.
-    pub(super) bends: EffortBends,
-    /// `Δθ/h`.
-    pub(super) rate: f64,
+    pub(super) effort: StepEffort,
 }
 
 /// What is of one kind of piece alone.
@@ -208,13 +202,10 @@ impl Piece {
         [inertial, other]
     }
 
-    /// The derivative of the part of `w_i` that is not inertial by the length of the piece; `other`
-    /// is this part.
-    pub(super) fn by_length(&self, of: &Transcription, i: usize, other: &[f64]) -> Vec<f64> {
+    /// The derivative of the part of `w_i` that is not inertial by the length of the piece.
+    pub(super) fn by_length(&self, of: &Transcription, i: usize) -> Vec<f64> {
         let h = self.s.h;
-        let Kind::Galerkin(action) = &self.kind else {
-            return other.iter().map(|o| o / h).collect();
-        };
+        let Kind::Galerkin(action) = &self.kind else { return self.by_sub_step(of, Slot::BOTH[i]) };
         let constants = action.points.constants();
         let (mut sum, mut force) = (vec![0.0; of.n], vec![0.0; of.n]);
         let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
@@ -231,6 +222,21 @@ impl Piece {
             sum.iter_mut().zip(&force).for_each(|(sum, f)| *sum += part * f);
         }
         sum
+    }
+
+    /// The same in a sub-step.
+    fn by_sub_step(&self, of: &Transcription, slot: Slot) -> Vec<f64> {
+        let mut slope = vec![0.0; of.n];
+        if of.has_other && of.system.beside_unknowns_by_length(&self.s, slot, &mut slope).is_err() {
+            slope.fill(f64::NAN);
+        }
+        slope.iter_mut().zip(&of.weight).for_each(|(slope, w)| *slope += 0.5 * w);
+        for load in &self.wrenches {
+            let own = load.half_impulse(&self.s, self.s.node(slot));
+            let slope = slope[load.offset()..].iter_mut().zip(own);
+            slope.for_each(|(slope, own)| *slope += own / self.s.h);
+        }
+        slope
     }
 
     /// `∂w_i/∂q_j X`, or its transpose times `X`.
@@ -273,18 +279,24 @@ impl Piece {
 
     /// The derivative of `Σ_j (∂w_j/∂q_i)ᵀ Y_j` by the length of the piece, shape `n`.
     pub(super) fn slope_by_length(&self, of: &Transcription, i: usize, Y: &[&[f64]]) -> Vec<f64> {
-        let (h, mut slope) = (self.s.h, DMatrix::zeros(of.n, 1));
-        let is_action = matches!(self.kind, Kind::Galerkin(_));
-        for (j, Y) in Y.iter().enumerate() {
-            let Y = DMatrix::from_column_slice(of.n, 1, Y);
-            let parts = self.times(of, (j, i), &Y, true);
-            slope -= parts.inertial / h;
-            if let Some(other) = parts.other.filter(|_| !is_action) {
-                slope += other / h;
+        let (h, mut slope) = (self.s.h, vec![0.0; of.n]);
+        let Kind::Galerkin(action) = &self.kind else {
+            let (by, Y) = (Slot::BOTH[i], [Y[0], Y[1]]);
+            for (end, Y) in Slot::BOTH.into_iter().zip(Y) {
+                of.mass.mul_add(-end.sign() * by.sign() / (h * h), Y, &mut slope);
             }
-        }
-        let Kind::Galerkin(action) = &self.kind else { return slope.as_slice().to_vec() };
+            if of.has_other {
+                of.system.add_beside_unknowns_slope_by_length(&self.s, Y, by, &mut slope);
+            }
+            for load in &self.wrenches {
+                load.add_slope_by_length(&self.s, Y, by, &mut slope);
+            }
+            return slope;
+        };
         let constants = action.points.constants();
+        for (j, Y) in Y.iter().enumerate() {
+            of.mass.mul_add(-constants.K[(j, i)] / (h * h), Y, &mut slope);
+        }
         for (k, node) in action.points.gauss().iter().enumerate() {
             let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
             let [mut still, mut moving] = [(); 2].map(|()| vec![0.0; of.n]);
@@ -307,13 +319,14 @@ impl Piece {
                 *slope += E * still + D * moving;
             }
         }
-        slope.as_slice().to_vec()
+        slope
     }
 
-    /// The second derivative of `Σ Y·w` without inertia by the length of the piece; of a sub-step
-    /// what is not inertial goes with the length.
+    /// The second derivative of `Σ Y·w` without inertia by the length of the piece.
     pub(super) fn second_by_length(&self, of: &Transcription, Y: &[&[f64]]) -> f64 {
-        let Kind::Galerkin(action) = &self.kind else { return 0.0 };
+        let Kind::Galerkin(action) = &self.kind else {
+            return of.system.beside_unknowns_second_by_length(&self.s, [Y[0], Y[1]]);
+        };
         let mut sum = 0.0;
         for (k, node) in action.points.gauss().iter().enumerate() {
             let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));

@@ -14,7 +14,7 @@ use crate::program::Undefined;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints as _;
 use vi_core::Configuration;
-use vi_core::coordinate_force::SignedUnknown;
+use vi_core::coordinate_force::{SignedUnknown, StepEffort};
 use vi_core::interval::Interval;
 use vi_multibody::form::Row;
 use vi_rigid::load::Load;
@@ -126,7 +126,7 @@ impl Transcription {
                 add(1.0, &other, &mut node.balance);
                 if !node.by_step.is_empty() {
                     add(-1.0 / h, &inertial, &mut node.by_step);
-                    add(length, &piece.by_length(self, i, &other), &mut node.by_step);
+                    add(length, &piece.by_length(self, i), &mut node.by_step);
                 }
             }
             pieces.push(piece);
@@ -194,14 +194,13 @@ impl Transcription {
             let (index, sign) = (own.unknown.index, own.unknown.sign);
             let [from, to] = [n, n + 1].map(|k| start + sign * self.traveled(x, k, index));
             let (t, mean, rate) = (s.t_mid(), 0.5 * (from + to), (to - from) / s.h);
-            Along {
-                index,
-                sign,
+            let effort = StepEffort {
                 effort: own.force.effort(t, mean, rate),
                 slopes: own.force.slopes(t, mean, rate),
                 bends: own.force.bends(t, mean, rate),
                 rate,
-            }
+            };
+            Along { index, sign, effort }
         };
         all.map(at).collect()
     }
@@ -241,7 +240,7 @@ impl Transcription {
             let Kind::SubStep(along) = &piece.kind else { continue };
             let h = piece.s.h;
             for own in along {
-                out[own.index] += 0.5 * h * own.sign * own.effort;
+                out[own.index] += 0.5 * h * own.sign * own.effort.effort;
             }
             for (k, along) in self.efforts() {
                 let value = point.x[self.acting(k, p)];

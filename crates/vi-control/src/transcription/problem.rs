@@ -7,6 +7,7 @@ use std::sync::Arc;
 use vi_constraints::Method;
 use vi_constraints::setup::SetupError;
 use vi_core::coordinate_force::SignedUnknown;
+use vi_core::force::Source;
 use vi_multibody::Mechanism;
 use vi_rigid::load::Load;
 
@@ -220,13 +221,54 @@ pub struct Problem {
 /// belongs to two turns.
 pub const MAX_INCREMENT: f64 = 1.0;
 
+/// What has no program, each with a remedy of its own.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Uncovered {
+    /// Point masses.
+    #[error("point masses")]
+    Particles,
+    /// Nodes of beams.
+    #[error("beams")]
+    Beams,
+    /// Forces with internal variables, or that read signals with states.
+    #[error("forces with a memory")]
+    Memory,
+    /// A force that changes with the time itself, or whose second derivatives by the length of a
+    /// step are not known, beside a free final time.
+    #[error("a free final time beside {}", named(.0))]
+    ForceInTime(Source),
+    /// An effort along an unknown that changes with the time itself, beside a free final time.
+    #[error("a free final time beside efforts of joints that change with the time")]
+    EffortInTime,
+    /// Velocities where the constraints are singular.
+    #[error("velocities at a singular start")]
+    SingularStart,
+    /// Rest of single unknowns where closures act.
+    #[error("rest of single joints of a closed loop")]
+    RestInLoop,
+    /// An effort along an unknown that is no joint coordinate.
+    #[error("efforts along ball joints and free bodies")]
+    NoCoordinate,
+    /// Closures that are no products of linear forms, and constraints of velocities.
+    #[error("gears, prescribed motions and rolling")]
+    Constraints,
+}
+
+fn named(source: &Source) -> String {
+    match source {
+        Source::Element(name) if name.is_empty() => "a force without a name".to_owned(),
+        Source::Element(name) => format!("`{name}`, which changes with the time"),
+        Source::System(words) => (*words).to_owned(),
+    }
+}
+
 /// Why there is no program of a problem.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProblemError {
     /// Not covered.
     #[error("{0} cannot be optimised yet")]
-    NotCovered(&'static str),
+    NotCovered(Uncovered),
     /// What the method does not integrate.
     #[error(transparent)]
     Method(SetupError),

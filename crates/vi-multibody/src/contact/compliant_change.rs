@@ -7,9 +7,10 @@
 //! Letters: those of [`super::compliant_contact`]. The shapes do not change.
 
 use super::compliant_contact::{CompliantContact, CompliantLaw};
-use vi_core::force::{Force, NoTimeSlope};
+use crate::design::ForceChange;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Interval, Slot};
 
 /// The derivative of a contact: what comes to its energy and to its force.
 #[derive(Clone, Debug)]
@@ -37,40 +38,12 @@ impl Potential for CompliantChange {
     }
 }
 
-/// Of which no step asks for slopes: none are emitted.
-impl Force for CompliantChange {
-    fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.contact.add_force_change(&self.by, [q, v], scale, out);
+/// By the midpoint rule.
+impl ForceChange for CompliantChange {
+    fn add(&self, s: &Interval, _of: Slot, out: &mut [f64]) {
+        self.contact.add_force_change(&self.by, [&s.q_mid, &s.v_mid], 0.5 * s.h, out);
     }
-    fn add_position_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
-    fn add_velocity_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
-    fn add_time_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut [f64],
-    ) -> Result<(), NoTimeSlope> {
-        Ok(())
-    }
-    fn is_dissipative(&self) -> bool {
-        true
+    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.contact.add_force_change(&self.by, [at.q, v], 1.0, out);
     }
 }

@@ -1,6 +1,6 @@
 //! What elements add to the derivative of the equations of a step by a parameter.
 
-use super::{EffortChange, EffortTangent, MechanismTangent, StepTangent};
+use super::{EffortChange, EffortTangent, ForceChange, MechanismTangent, StepTangent};
 use crate::constraint::joint_coordinate::{Change, JointCoordinate, Value};
 use crate::force::spring::{Damper, Spring};
 use crate::geometry::form::Form;
@@ -9,7 +9,6 @@ use nalgebra::{SMatrix, Vector3};
 use std::sync::Arc;
 use vi_constraints::design::Place;
 use vi_core::coordinate_force::CoordinateForce;
-use vi_core::force::DiscreteForce;
 use vi_core::interval::Slot;
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
@@ -201,7 +200,7 @@ impl Explicit for PointDamper {
 
 /// A force of its own, `f_d^-`, `f_d^+`.
 pub(super) struct Acting {
-    pub(super) force: Arc<dyn DiscreteForce>,
+    pub(super) force: Arc<dyn ForceChange>,
 }
 
 impl Explicit for Acting {
@@ -209,13 +208,13 @@ impl Explicit for Acting {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
         if let Place::Gauss(..) = at {
-            self.force.add_continuous(node(s), &s.v_mid, &mut force);
+            self.force.add_at_node(node(s), &s.v_mid, &mut force);
             return halves(s, &force, out);
         }
-        self.force.add_minus(s, &mut force);
+        self.force.add(s, Slot::First, &mut force);
         each(&force, |i, f| out.minus(i, f));
         force.fill(0.0);
-        self.force.add_plus(s, &mut force);
+        self.force.add(s, Slot::Second, &mut force);
         each(&force, |i, f| out.plus(i, f));
     }
 }

@@ -32,8 +32,9 @@ pub use coordinate_acceleration::CoordinateAcceleration;
 pub use moved_coordinate::MovedCoordinate;
 pub use signals::SignalTangent;
 pub use tangent::{
-    BarTangent, BodyTangent, EffortChange, EffortTangent, JointTangent, MechanismTangent,
-    Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
+    BarTangent, BodyTangent, EffortChange, EffortTangent, ForceChange, JointTangent,
+    MechanismTangent, Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
+    WholeForce,
 };
 
 use crate::builder::{ElementForce, ForceElements};

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! z̄ = z_n + (h/2) φ,  z_{n+1} = 2 z̄ − z_n,   ψ = (h/2) φ_θ(y, z̄)
-//! (f_d^∓)_θ = ∂f_d^∓/∂z_n ψ,   (z_{n+1})_θ = ∂z_{n+1}/∂z_n ψ + ψ                                    [2.58]
+//! (f_d^∓)_θ = ∂f_d^∓/∂z_n ψ,   (z_{n+1})_θ = ∂z_{n+1}/∂z_n ψ + ψ                                    [2.59]
 //! ```
 //! The change of a rate acts as one of the start of the step that its end has, too.
 

@@ -41,7 +41,7 @@ pub struct MechanismTangent {
     /// Of loads on bodies, by their numbers among the forces.
     pub loads: BTreeMap<usize, LoadChange>,
     /// Forces that come to the others as the parameter grows, by the names of those.
-    pub forces: Vec<(String, Arc<dyn DiscreteForce>)>,
+    pub forces: Vec<(String, Arc<dyn ForceChange>)>,
     /// Energies that do.
     pub potentials: Vec<Arc<dyn DiscretePotential>>,
     /// Of the mass between `φ, d_1, d_2, d_3` of a frame and of the next one, by the first, kg,
@@ -51,6 +51,38 @@ pub struct MechanismTangent {
     pub elements: Option<Arc<dyn StepTangent>>,
     /// Of the states of signals.
     pub signals: Option<SignalTangent>,
+}
+
+/// A force that comes to another one as a parameter grows.
+pub trait ForceChange: Send + Sync {
+    /// `out ← out + f_d^-`, or `f_d^+`, N·s.
+    fn add(&self, s: &Interval, of: Slot, out: &mut [f64]);
+    /// `out ← out + f(t, q, v)`, N: the continuous force.
+    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+}
+
+/// The change that is a force by itself.
+pub struct WholeForce(
+    /// The force.
+    pub Box<dyn DiscreteForce>,
+);
+
+impl std::fmt::Debug for WholeForce {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("WholeForce").finish_non_exhaustive()
+    }
+}
+
+impl ForceChange for WholeForce {
+    fn add(&self, s: &Interval, of: Slot, out: &mut [f64]) {
+        match of {
+            Slot::First => self.0.add_minus(s, out),
+            Slot::Second => self.0.add_plus(s, out),
+        }
+    }
+    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+        self.0.add_continuous(at, v, out);
+    }
 }
 
 /// How elements change the equations of a step with a parameter, at fixed `(q_n, q_{n+1}, z_n)`.

@@ -82,12 +82,22 @@ pub(in crate::force) trait Reads {
     fn count(&self) -> usize;
     /// The entries of `∂_i y_l`.
     fn slope(&self, at: Between<'_>, l: usize, group: usize) -> Vec<(usize, f64)>;
+    /// Whether it goes with `1/h` in a step.
+    fn is_rate(&self, l: usize) -> bool;
     /// Emits `Σ_l w_l ∂_i∂_j y_l`.
     fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries);
 }
 
+/// `∂y/∂h`: `−y/h` of rates, else zero.
+fn by_length(reads: &(impl Reads + ?Sized), y: &[f64], h: f64) -> Vec<f64> {
+    let own = |(l, y): (usize, &f64)| if reads.is_rate(l) { -y / h } else { 0.0 };
+    y.iter().enumerate().map(own).collect()
+}
+
 /// A law at one place.
 pub(in crate::force) struct Evaluated<'a> {
+    /// `y`.
+    pub(in crate::force) values: &'a [f64],
     /// `τ`.
     pub(in crate::force) efforts: &'a [f64],
     /// `∂τ/∂y`.
@@ -184,6 +194,55 @@ impl Evaluated<'_> {
         let groups = slots.map(|slot| usize::from(slot == Slot::Second));
         let at = (Between::Ends(s), y);
         self.emit((reads, pushes), at, (groups, 0.5 * s.h), out);
+    }
+
+    /// [`vi_core::force::LengthBends::add_slope_by_length`] of `(h/2) φ` [2.58]:
+    ///
+    /// ```text
+    /// ½ ∂_iφ + (h/2) Σ_l [ Σ_m (Σ_k a_k ∂²τ_k/∂y_l∂y_m) y_m,h ∂_iy_l
+    ///                      + Σ_k ∂τ_k/∂y_l (y_l,h ∂_ia_k + a_k ∂_iy_l,h) ]
+    /// y_l,h = −y_l/h,  ∂_iy_l,h = −∂_iy_l/h  of rates, 0 of others
+    /// ```
+    pub(in crate::force) fn add_slope_by_length(
+        &self,
+        (reads, pushes): (&(impl Reads + ?Sized), &dyn Pushes),
+        (s, y): (&Interval, [&[f64]; 2]),
+        by: Slot,
+        out: &mut [f64],
+    ) {
+        let moved = &by_length(reads, self.values, s.h);
+        let (at, group) = (Between::Ends(s), usize::from(by == Slot::Second));
+        let efforts = self.efforts.len();
+        let along: Vec<f64> = (0..efforts).map(|k| pushes.along(at, y, k)).collect();
+        let mut bend = vec![0.0; reads.count()];
+        (self.bend)(moved, &along, &mut bend);
+        for (l, bend) in bend.iter().enumerate() {
+            let slope: f64 = (0..efforts).map(|k| along[k] * self.slopes[(k, l)]).sum();
+            let own = if reads.is_rate(l) { 0.0 } else { 0.5 * slope }; // of rates ½ − (h/2)/h
+            let factor = own + 0.5 * s.h * bend;
+            reads.slope(at, l, group).iter().for_each(|(i, own)| out[*i] += factor * own);
+        }
+        for k in 0..efforts {
+            let turned: f64 =
+                moved.iter().enumerate().map(|(l, by)| self.slopes[(k, l)] * by).sum();
+            let factor = 0.5 * (self.efforts[k] + s.h * turned);
+            let slope = pushes.slope(at, y, k, group);
+            out.iter_mut().zip(&slope).for_each(|(out, own)| *out += factor * own);
+        }
+    }
+
+    /// `∂²/∂h²` of it: `(h/2) Σ_lm (Σ_k a_k ∂²τ_k/∂y_l∂y_m) y_l,h y_m,h`.
+    pub(in crate::force) fn second_by_length(
+        &self,
+        (reads, pushes): (&(impl Reads + ?Sized), &dyn Pushes),
+        (s, y): (&Interval, [&[f64]; 2]),
+    ) -> f64 {
+        let moved = &by_length(reads, self.values, s.h);
+        let at = Between::Ends(s);
+        let along: Vec<f64> = (0..self.efforts.len()).map(|k| pushes.along(at, y, k)).collect();
+        let mut bend = vec![0.0; moved.len()];
+        (self.bend)(moved, &along, &mut bend);
+        0.5 * s.h * bend.iter().zip(moved).map(|(bend, by)| bend * by).sum::<f64>()
     }
 
     /// [`vi_core::force::DiscreteForce::add_gauss_bend`].

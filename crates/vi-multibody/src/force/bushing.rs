@@ -16,7 +16,7 @@ use crate::force::law::{Input, Law, Reading};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
 use nalgebra::DMatrix;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, NoTimeSlope, seen_velocity};
+use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::{Entries, Product};
@@ -242,6 +242,9 @@ impl Reads for SixReads<'_> {
         }
         slope
     }
+    fn is_rate(&self, l: usize) -> bool {
+        self.inputs[l].is_rate()
+    }
     fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries) {
         self.inputs.emit_second(at, w, groups, out);
         let mut own = [Vector6::zeros(); 2]; // of coordinates, of rates
@@ -323,6 +326,24 @@ impl SixForce {
     }
 }
 
+impl LengthBends for SixForce {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reads(), &self.coordinates as _);
+            self.reading.with_bends(work, |law| law.add_slope_by_length(own, (s, y), by, out));
+        });
+    }
+
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let mut second = 0.0;
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reads(), &self.coordinates as _);
+            self.reading.with_bends(work, |law| second = law.second_by_length(own, (s, y)));
+        });
+        second
+    }
+}
+
 impl DiscreteForce for SixForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         let efforts = self.in_step(s);
@@ -357,6 +378,10 @@ impl DiscreteForce for SixForce {
             let own = (&self.reads(), &self.coordinates as _);
             self.reading.with_bends(work, |law| law.emit_in_step(own, s, y, slots, out));
         });
+    }
+
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        (!self.reading.remembers()).then_some(self as _)
     }
 
     fn add_gauss_bend(
@@ -515,7 +540,8 @@ impl SixSpring {
         let reads = SixReads { coordinates: &self.coordinates, inputs: &inputs };
         let slopes = DMatrix::from_column_slice(6, 6, self.stiffness.as_slice());
         let bend = |_: &[f64], _: &[f64], out: &mut [f64]| out.fill(0.0);
-        then(&reads, &Evaluated { efforts: slope.as_slice(), slopes: &slopes, bend: &bend });
+        let (values, efforts) = (&[], slope.as_slice()); // there is no rate
+        then(&reads, &Evaluated { values, efforts, slopes: &slopes, bend: &bend });
     }
 
     /// `q ← q + scale ∂²τ_k/∂q²` times a change of `q`, at a node.

@@ -17,9 +17,9 @@ use crate::constraint::joint_coordinate::{Change, JointCoordinate};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::coordinate_force::{AlongUnknown, CoordinateForce};
+use vi_core::coordinate_force::{AlongUnknown, CoordinateForce, StepEffort};
 pub use vi_core::coordinate_force::{EffortBends, EffortSlopes};
-use vi_core::force::{DiscreteForce, NoTimeSlope};
+use vi_core::force::{DiscreteForce, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
@@ -342,6 +342,13 @@ impl<L: JointLaw> JointForce<L> {
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 
+    fn in_step(&self, s: &Interval) -> StepEffort {
+        let Change { mean, difference } = self.coordinate.change(s);
+        let (t, rate) = (s.t_mid(), difference / s.h);
+        let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
+        StepEffort { effort, slopes, bends: self.law.bends(t, mean, rate), rate }
+    }
+
     /// `q ← q + scale ∂²τ/∂q∂(q, v)` times `changes` of both, `of_v` likewise, at a node.
     pub fn add_effort_bends(
         &self,
@@ -359,7 +366,8 @@ impl<L: JointLaw> JointForce<L> {
         let bend = |along: &[f64], w: &[f64], out: &mut [f64]| bends.along(along, w[0], out);
         let reads =
             [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
-        let law = Evaluated { efforts: &[effort], slopes: &slopes, bend: &bend };
+        let (values, efforts) = (&[coordinate, rate], &[effort]);
+        let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
         law.add(&reads[..], [at.q, v], (0, scale), changes, out);
     }
 
@@ -403,12 +411,13 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.emit_slope(s, slope, out);
     }
     fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
-        let (t, rate) = (s.t_mid(), difference / s.h);
-        let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
-        let second = self.law.bends(t, mean, rate).by_nodes(s.h, slots);
+        let StepEffort { effort, slopes, bends, .. } = self.in_step(s);
+        let second = bends.by_nodes(s.h, slots);
         let slopes = slots.map(|node| slopes.by_node(s.h, node));
         self.coordinate.emit_pair_bends(s, y, slots, (0.5 * s.h * effort, slopes, second), out);
+    }
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        Some(self)
     }
     fn add_gauss_bend(
         &self,
@@ -509,6 +518,16 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn along_unknown(&self) -> Option<AlongUnknown<'_>> {
         self.coordinate.unknown().map(|unknown| AlongUnknown { unknown, force: self })
+    }
+}
+
+impl<L: JointLaw> LengthBends for JointForce<L> {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        self.in_step(s).add_slope_by_length(self, s, y, by, out);
+    }
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let rates = Slot::BOTH.iter().zip(y).map(|(end, y)| self.coordinate.rate(s.node(*end), y));
+        rates.sum::<f64>() * self.in_step(s).second_by_length(s.h)
     }
 }
 

@@ -70,7 +70,9 @@ impl Tension {
         let bend = |along: &[f64], w: &[f64], out: &mut [f64]| bends.along(along, w[0], out);
         let reads = [Input::Length(self.between.clone()), Input::LengthRate(self.between.clone())];
         let target = Target::Points(self.between.clone());
-        then((&reads, &target), &Evaluated { efforts: &[tension], slopes: &slopes, bend: &bend });
+        let (values, efforts) = (&[length, rate], &[tension]);
+        let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
+        then((&reads, &target), &law);
     }
 
     /// `q ← q + scale ∂²T/∂q∂(q, v)` times `changes` of both, `of_v` likewise.

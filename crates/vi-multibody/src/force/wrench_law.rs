@@ -21,7 +21,7 @@ use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, NoTimeSlope};
+use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
 use vi_rigid::directors::{self, FRAME, director};
@@ -210,7 +210,10 @@ impl WrenchForce {
         let slopes = DMatrix::from_column_slice(6, INPUTS, slopes.as_slice());
         let bend = |along: &[f64], w: &[f64], out: &mut [f64]| self.law.bend(y, along, w, out);
         let (reads, target) = (self.reads(), Target::Member(self.on.clone()));
-        then((&reads, &target), &Evaluated { efforts: &efforts, slopes: &slopes, bend: &bend });
+        then(
+            (&reads, &target),
+            &Evaluated { values: y, efforts: &efforts, slopes: &slopes, bend: &bend },
+        );
     }
 
     /// `q ← q + scale ∂²y_k/∂q∂(q, v)` times `changes` of both, `of_v` likewise, of the efforts at
@@ -283,6 +286,20 @@ impl Force for WrenchForce {
     }
 }
 
+impl LengthBends for WrenchForce {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        self.with_bends(&self.in_step(s), |own, law| {
+            law.add_slope_by_length(own, (s, y), by, out);
+        });
+    }
+
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let mut second = 0.0;
+        self.with_bends(&self.in_step(s), |own, law| second = law.second_by_length(own, (s, y)));
+        second
+    }
+}
+
 impl DiscreteForce for WrenchForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.add_half(s, &s.q0, out);
@@ -305,6 +322,10 @@ impl DiscreteForce for WrenchForce {
 
     fn add_bend(&self, s: &Interval, y: [&[f64]; 2], slots: [Slot; 2], out: &mut dyn Entries) {
         self.with_bends(&self.in_step(s), |own, law| law.emit_in_step(own, s, y, slots, out));
+    }
+
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        Some(self)
     }
 
     fn add_gauss_bend(

@@ -3,10 +3,9 @@
 
 use super::SeparableSystem;
 use crate::configuration::Configuration;
-#[cfg(doc)]
-use crate::force::DiscreteForce;
-use crate::interval::{Interval, Slot};
-use crate::sparse::{Block, Entries};
+use crate::force::{DiscreteForce, NoTimeSlope, Source};
+use crate::interval::{Interval, Slot, StepChange};
+use crate::sparse::{Block, Entries, Product};
 
 impl SeparableSystem {
     /// `out ←` what `D_1 L_d + f_d^-`, or `D_2 L_d + f_d^+`, has beside inertia, constant forces
@@ -86,9 +85,88 @@ impl SeparableSystem {
         self.gauss_forces().for_each(|force| force.add_gauss_bend(at, v, z, by, out));
     }
 
-    /// Whether there are forces among these, which need not go with `h`.
+    /// `out ← ∂/∂h` of [`SeparableSystem::beside_unknowns`] at fixed nodes and a fixed time of the
+    /// middle.
+    ///
+    /// # Errors
+    /// [`NoTimeSlope`].
+    pub fn beside_unknowns_by_length(
+        &self,
+        s: &Interval,
+        of: Slot,
+        out: &mut [f64],
+    ) -> Result<(), NoTimeSlope> {
+        out.fill(0.0);
+        let (potentials, mut forces) = self.other(&[]);
+        match of {
+            Slot::First => potentials.for_each(|potential| potential.add_d1(s, -1.0, out)),
+            Slot::Second => potentials.for_each(|potential| potential.add_d2(s, -1.0, out)),
+        }
+        let change = StepChange { length: 1.0, middle: 0.0 };
+        forces.try_for_each(|force| force.add_step_slope(s, of, change, out))
+    }
+
+    /// `out ← out + ∂²/∂h∂q_by` of the sum of `y_0·` and `y_1·` [`SeparableSystem::beside_unknowns`]
+    /// at both ends, as far as it is known.
+    pub fn add_beside_unknowns_slope_by_length(
+        &self,
+        s: &Interval,
+        y: [&[f64]; 2],
+        by: Slot,
+        out: &mut [f64],
+    ) {
+        let (potentials, forces) = self.other(&[]);
+        for potential in potentials {
+            for (of, y) in Slot::BOTH.into_iter().zip(y) {
+                let into = &mut Product { v: y, out: &mut *out };
+                let transposed = of == by || of == Slot::First;
+                let out = &mut Block { into, row: 0, column: 0, scale: 1.0, transposed };
+                match (of, by) {
+                    (Slot::First, Slot::First) => potential.add_d1_d1(s, -1.0, out),
+                    (Slot::Second, Slot::Second) => potential.add_d2_d2(s, -1.0, out),
+                    _ => potential.add_d2_d1(s, -1.0, out),
+                }
+            }
+        }
+        let known = forces.filter_map(|force| force.length_bends());
+        known.for_each(|own| own.add_slope_by_length(s, y, by, out));
+    }
+
+    /// `∂²/∂h²` of the same sum.
     #[must_use]
-    pub fn has_forces_beside_unknowns(&self) -> bool {
-        self.other(&[]).1.next().is_some()
+    pub fn beside_unknowns_second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let known = self.other(&[]).1.filter_map(|force| force.length_bends());
+        known.map(|own| own.second_by_length(s, y)).sum()
+    }
+
+    /// What exerts the first of the forces among these that changes with the time itself from one of
+    /// these times to another, at one of these places `(q, v)`, or whose derivatives by the time
+    /// are not known, or second ones by the length of a step; of the latter nothing where steps are
+    /// not `divided` but Galerkin's.
+    #[must_use]
+    pub fn first_of_time(
+        &self,
+        (places, times): (&[[Vec<f64>; 2]], &[f64]),
+        divided: bool,
+    ) -> Option<&Source> {
+        let value = |force: &dyn DiscreteForce, [q, v]: &[Vec<f64>; 2], t: f64| {
+            let (at, zero) = (Configuration::new(t, q), || vec![0.0; q.len()]);
+            let (mut value, mut slope) = (zero(), zero());
+            force.add_continuous(at, v, &mut value);
+            force.add_time_slope(at, v, 1.0, &mut slope).ok().map(|()| value)
+        };
+        let stands = |force: &dyn DiscreteForce| {
+            places.iter().all(|place| {
+                let mut all = times.iter().map(|t| value(force, place, *t));
+                let first = all.next().flatten();
+                first.is_some() && all.all(|own| own == first)
+            })
+        };
+        let all = self.forces.iter().zip(&self.sources);
+        let mut beside = all.filter(|(force, _)| force.along_unknown().is_none());
+        let found = beside.find(|(force, _)| {
+            !(stands(&***force) && (force.length_bends().is_some() || !divided))
+        });
+        found.map(|(_, source)| source)
     }
 }

@@ -1,6 +1,8 @@
 use super::super::compliant_change::CompliantChange;
 use super::*;
+use crate::design::ForceChange as _;
 use nalgebra::{DMatrix, Rotation3};
+use vi_core::Configuration;
 use vi_core::force::MidpointForce;
 use vi_core::interval::Interval;
 use vi_testkit::slope_error;
@@ -102,7 +104,7 @@ fn changes_of_the_law_against_central_differences() {
         for scale in [0.0, -1.0] {
             let fill = |out: &mut [f64]| {
                 change.add_gradient(&s.q_mid, scale, out);
-                change.add(0.0, &s.q_mid, &s.v_mid, 1.0, out);
+                change.add_at_node(Configuration::new(0.0, &s.q_mid), &s.v_mid, out);
             };
             let exact = all(&fill, change.value(&s.q_mid));
             let e = 1e-5;

@@ -342,7 +342,8 @@ impl Reading {
         let bend = |along: &[f64], w: &[f64], out: &mut [f64]| {
             self.law.bend(&work.y, along, w, out);
         };
-        then(&Evaluated { efforts: work.efforts(), slopes: &work.slopes, bend: &bend });
+        let (values, efforts) = (&work.y[..], work.efforts());
+        then(&Evaluated { values, efforts, slopes: &work.slopes, bend: &bend });
     }
 
     /// Whether something of it is no function of a node: states of signals, what is held or past.

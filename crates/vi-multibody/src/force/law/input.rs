@@ -224,6 +224,9 @@ impl Reads for [Input] {
         self[l].for_each_slope_between(at, group, &mut |i, own| slope.push((i, own)));
         slope
     }
+    fn is_rate(&self, l: usize) -> bool {
+        self[l].is_rate()
+    }
     fn emit_second(&self, at: Between<'_>, w: &[f64], groups: [usize; 2], out: &mut dyn Entries) {
         for (input, w) in self.iter().zip(w).filter(|(_, w)| **w != 0.0) {
             input.emit_second(at, groups, *w, out);

@@ -33,7 +33,7 @@ pub use velocity::LawOfRates;
 use evaluation::Work;
 use place::Place;
 use vi_core::Configuration;
-use vi_core::force::{DiscreteForce, Force, NoTimeSlope, seen_velocity};
+use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::quantity_effort::QuantityEffort;
 use vi_core::sparse::Entries;
@@ -134,6 +134,24 @@ impl LawForce {
     }
 }
 
+impl LengthBends for LawForce {
+    fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reading.inputs[..], &self.target as _);
+            self.reading.with_bends(work, |law| law.add_slope_by_length(own, (s, y), by, out));
+        });
+    }
+
+    fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
+        let mut second = 0.0;
+        self.reading.with_slopes_in_step(s, |work| {
+            let own = (&self.reading.inputs[..], &self.target as _);
+            self.reading.with_bends(work, |law| second = law.second_by_length(own, (s, y)));
+        });
+        second
+    }
+}
+
 impl DiscreteForce for LawForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.reading.with_values_in_step(s, |work| {
@@ -163,6 +181,10 @@ impl DiscreteForce for LawForce {
             let own = (&self.reading.inputs[..], &self.target as _);
             self.reading.with_bends(work, |law| law.emit_in_step(own, s, y, slots, out));
         });
+    }
+
+    fn length_bends(&self) -> Option<&dyn LengthBends> {
+        (!self.reading.remembers()).then_some(self as _)
     }
 
     fn add_gauss_bend(
