@@ -36,7 +36,8 @@ def placed(own: dict[str, Any]) -> list[tuple[Array, Array]]:
     """Position and directors of each body at the initial coordinates."""
     bodies, joints = own["bodies"], own["joints"]
     stated = [np.array(body["directors"]) for body in bodies]
-    found: list[tuple[Array, Array]] = [(np.array(b["position"]), stated[k]) for k, b in enumerate(bodies)]
+    positions = [np.array(body["position"]) for body in bodies]
+    found: list[tuple[Array, Array]] = list(zip(positions, stated, strict=True))
     initial = own["initial"]
     values = iter(initial.get("consistent_coordinates", initial["coordinates"]))
     for k, joint in enumerate(joints):

@@ -324,8 +324,8 @@ impl WrenchLaw for Quadratic {
     }
 }
 
-/// Laws that are curved, with a free time: along a joint, between points, of the motion of a body, of
-/// the coordinates between two frames; with numbers of velocities that they change.
+/// Laws that are curved, with a free time: along a joint, between points, of the motion of a body,
+/// of the coordinates between two frames; with numbers of velocities that they change.
 #[test]
 fn beside_laws() {
     let vector = nalgebra::Vector3::new;

@@ -171,8 +171,8 @@ pub trait DiscreteForce: Send + Sync {
     }
 }
 
-/// Second derivatives of `φ = y_0·f_d^- + y_1·f_d^+` by the length `h` of a step, at fixed nodes and
-/// a fixed time of the middle.
+/// Second derivatives of `φ = y_0·f_d^- + y_1·f_d^+` by the length `h` of a step, at fixed nodes
+/// and a fixed time of the middle.
 pub trait LengthBends {
     /// `out ← out + ∂²φ/∂h∂q_by`.
     fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]);

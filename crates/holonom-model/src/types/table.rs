@@ -14,8 +14,8 @@ pub enum Interpolation {
     Linear,
     /// A cubic spline with two continuous derivatives; the second is 0 at the ends.
     Spline,
-    /// The value of the last point that the argument has reached: it jumps at each point. Not of two
-    /// numbers, and not of a spring.
+    /// The value of the last point that the argument has reached: it jumps at each point. Not of
+    /// two numbers, and not of a spring.
     Steps,
 }
 

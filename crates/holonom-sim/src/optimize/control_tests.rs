@@ -100,8 +100,9 @@ fn optima_of_every_order_are_repeated_bit_for_bit() {
     assert!(errors[1..].iter().all(|error| *error < 1e-2 * errors[0]), "{errors:?}");
 }
 
-/// A control beside a motor of its coordinate: a control to a path is a spring with a damper, so the
-/// optimum is the one beside these; its model keeps the motor and repeats the motion bit for bit.
+/// A control beside a motor of its coordinate: a motor to a path is a spring with a damper, so that
+/// the optimum is the one beside these; its model keeps the motor and repeats the motion bit for
+/// bit.
 #[test]
 fn a_motor_acts_beside_a_control_of_its_joint() {
     let with = |what: &str| PENDULUM.replace("axis = [0.0, 1.0, 0.0]", what);

@@ -106,8 +106,8 @@ impl SeparableSystem {
         forces.try_for_each(|force| force.add_step_slope(s, of, change, out))
     }
 
-    /// `out ← out + ∂²/∂h∂q_by` of the sum of `y_0·` and `y_1·` [`SeparableSystem::beside_unknowns`]
-    /// at both ends, as far as it is known.
+    /// `out ← out + ∂²/∂h∂q_by` of the sum of `y_0·` and `y_1·`
+    /// [`SeparableSystem::beside_unknowns`] at both ends, as far as it is known.
     pub fn add_beside_unknowns_slope_by_length(
         &self,
         s: &Interval,
@@ -139,8 +139,8 @@ impl SeparableSystem {
         known.map(|own| own.second_by_length(s, y)).sum()
     }
 
-    /// What exerts the first of the forces among these that changes with the time itself from one of
-    /// these times to another, at one of these places `(q, v)`, or whose derivatives by the time
+    /// What exerts the first of the forces among these that changes with the time itself from one
+    /// of these times to another, at one of these places `(q, v)`, or whose derivatives by the time
     /// are not known, or second ones by the length of a step; of the latter nothing where steps are
     /// not `divided` but Galerkin's.
     #[must_use]
