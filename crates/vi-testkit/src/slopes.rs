@@ -231,39 +231,42 @@ pub fn bend_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
     in_step.max(at_node).max(length_bend_error(force, s, [&y, &other]))
 }
 
-/// That of the second derivatives by the length of a step, where they are known.
+/// That of the second derivatives by the length of a step, where they are known, relative to the
+/// largest one, and to what the first ones by the nodes are over the step.
 fn length_bend_error(force: &dyn DiscreteForce, s: &Interval, y: [&[f64]; 2]) -> f64 {
     let Some(own) = force.length_bends() else { return 0.0 };
     let (n, t) = (s.dim(), s.t_mid());
-    let mut all = Vec::new();
+    let slopes = |s: &Interval, by: Slot| -> Vec<f64> {
+        let of = |of, y: &[f64]| pulled(n, y, |out| force.add_slope(s, of, by, out));
+        let both = of(Slot::First, y[0]).into_iter().zip(of(Slot::Second, y[1]));
+        both.map(|(a, b)| a + b).collect()
+    };
+    let (mut all, mut least) = (Vec::new(), 0.0_f64);
     for by in Slot::BOTH {
         let mut found = vec![0.0; n];
         own.add_slope_by_length(s, y, by, &mut found);
-        let expected = smooth_difference(|e| {
-            let s = timed(s, s.h + 0.1 * e, t);
-            let of = |of, y: &[f64]| pulled(n, y, |out| force.add_slope(&s, of, by, out));
-            let all = of(Slot::First, y[0]).into_iter().zip(of(Slot::Second, y[1]));
-            all.map(|(a, b)| 10.0 * (a + b)).collect()
-        });
+        // differences of a tenth: those of the length itself are long
+        let other = smooth_difference(|e| slopes(&timed(s, s.h + 0.1 * e, t), by));
+        let expected: Vec<f64> = other.iter().map(|slope| 10.0 * slope).collect();
         all.push([found, expected].map(|x| DMatrix::from_vec(n, 1, x)).into());
+        least = slopes(s, by).iter().fold(least, |most, x| most.max((x / s.h).abs()));
     }
-    let expected = smooth_difference(|e| {
-        let s = timed(s, s.h + 0.1 * e, t);
+    let first = |s: &Interval| -> Option<f64> {
         let mut sum = 0.0;
         for (of, y) in Slot::BOTH.into_iter().zip(y) {
-            let mut slope = vec![0.0; n];
-            let change = StepChange { length: 10.0, middle: 0.0 };
-            if force.add_step_slope(&s, of, change, &mut slope).is_ok() {
-                sum += slope.iter().zip(y).map(|(f, y)| f * y).sum::<f64>();
-            }
+            let (mut slope, change) = (vec![0.0; n], StepChange { length: 1.0, middle: 0.0 });
+            force.add_step_slope(s, of, change, &mut slope).ok()?;
+            sum += slope.iter().zip(y).map(|(f, y)| f * y).sum::<f64>();
         }
-        vec![sum]
-    });
-    let second = [own.second_by_length(s, y), expected[0]].map(|x| DMatrix::from_element(1, 1, x));
-    // by h twice: of the order of the derivative of the impulse by a node, over the step
-    let least =
-        all.iter().map(|(_, x): &(DMatrix<f64>, DMatrix<f64>)| x.amax()).fold(0.0, f64::max);
-    relative(&all, 0.0).max(relative(&[second.into()], least))
+        Some(sum)
+    };
+    let mut second = Vec::new();
+    if first(s).is_some() {
+        let at = |e: f64| vec![first(&timed(s, s.h + 0.1 * e, t)).unwrap_or(f64::NAN)];
+        let values = [own.second_by_length(s, y), 10.0 * smooth_difference(at)[0]];
+        second.push(values.map(|x| DMatrix::from_element(1, 1, x)).into());
+    }
+    relative(&all, least).max(relative(&second, least))
 }
 
 /// The same of a potential: of its discrete form and of its third derivative.

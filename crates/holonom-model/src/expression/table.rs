@@ -87,7 +87,9 @@ pub(super) fn through(
 ) -> Hermite {
     match interpolation {
         Interpolation::Spline => Hermite::spline(points, Ends::Natural),
-        _ => Hermite::monotone(points),
+        Interpolation::Pchip | Interpolation::Linear | Interpolation::Steps => {
+            Hermite::monotone(points)
+        }
     }
 }
 

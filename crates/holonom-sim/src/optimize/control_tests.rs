@@ -105,21 +105,26 @@ fn optima_of_every_order_are_repeated_bit_for_bit() {
 /// bit.
 #[test]
 fn a_motor_acts_beside_a_control_of_its_joint() {
-    let with = |what: &str| PENDULUM.replace("axis = [0.0, 1.0, 0.0]", what);
-    let elements = "axis = [0.0, 1.0, 0.0], spring = { stiffness = 3.0, rest = 0.4 }, damper = { damping = 0.2 }";
-    let wanted = found(&with(elements)).unwrap().report;
-    let motor = "axis = [0.0, 1.0, 0.0], motor = { proportional = 3.0, derivative = 0.2, path = { offset = 0.4 } }";
-    let text = with(motor);
-    let found = found(&text).unwrap();
-    println!("{} for {}", found.report.cost, wanted.cost);
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
-    assert!((found.report.cost - wanted.cost).abs() < 1e-9 * wanted.cost);
-    assert!((found.report.cost - 4.434825997490211).abs() > 0.1);
-    let model = Model::from_toml(&text).unwrap();
-    assert_eq!(found.model.joints[0].motor, model.joints[0].motor);
-    let [run, replay] = run_and_replay(&text, &found);
-    assert_eq!(run, replay);
-    assert!((run[39][2] - 0.5).abs() < 1e-8, "{:?}", run[39]);
+    for method in ["", ", order = 4, method = \"galerkin\""] {
+        let pendulum = PENDULUM.replace("step = 0.05", &format!("step = 0.05{method}"));
+        let with = |what: &str| pendulum.replace("axis = [0.0, 1.0, 0.0]", what);
+        let elements = "axis = [0.0, 1.0, 0.0], spring = { stiffness = 3.0, rest = 0.4 }, damper = { damping = 0.2 }";
+        let wanted = found(&with(elements)).unwrap().report;
+        let motor = "axis = [0.0, 1.0, 0.0], motor = { proportional = 3.0, derivative = 0.2, path = { offset = 0.4 } }";
+        let law = "law = [{ name = \"torque\", joint = \"hinge\", effort = 0.0 }]\n";
+        let text = with(motor) + law;
+        let found = found(&text).unwrap();
+        println!("{method}: {} for {}", found.report.cost, wanted.cost);
+        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+        assert!((found.report.cost - wanted.cost).abs() < 1e-9 * wanted.cost);
+        assert!((found.report.cost - 4.434825997490211).abs() > 0.1);
+        let model = Model::from_toml(&text).unwrap();
+        assert_eq!(found.model.joints[0].motor, model.joints[0].motor);
+        assert!(found.model.laws.iter().map(|own| own.name.as_str()).eq(["torque", "torque_"]));
+        let [run, replay] = run_and_replay(&text, &found);
+        assert_eq!(run, replay);
+        assert!((run[39][2] - 0.5).abs() < 1e-8, "{:?}", run[39]);
+    }
 }
 
 /// Controls along both freedoms of a cylindrical joint: what slides and what turns do not feel one

@@ -469,8 +469,12 @@ fn angles(mechanism: &Mechanism) -> (Vec<usize>, Vec<usize>) {
 
 /// Times at which what changes with the time itself shows.
 fn sampled(at: InitialValues<'_>, problem: &Problem) -> Vec<f64> {
-    const COUNT: u32 = 32;
-    let part = |k: u32| at.t + f64::from(k) / f64::from(COUNT) * problem.time.guess();
+    const COUNT: u32 = 64;
+    let last = match problem.time {
+        FinalTime::Free { max, .. } => max,
+        FinalTime::Fixed(time) => time,
+    };
+    let part = |k: u32| at.t + f64::from(k) / f64::from(COUNT) * last;
     (0..=COUNT).map(part).collect()
 }
 

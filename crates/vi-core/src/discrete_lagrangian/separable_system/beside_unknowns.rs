@@ -153,7 +153,8 @@ impl SeparableSystem {
             let (at, zero) = (Configuration::new(t, q), || vec![0.0; q.len()]);
             let (mut value, mut slope) = (zero(), zero());
             force.add_continuous(at, v, &mut value);
-            force.add_time_slope(at, v, 1.0, &mut slope).ok().map(|()| value)
+            let known = force.add_time_slope(at, v, 1.0, &mut slope).ok();
+            known.map(|()| value.into_iter().map(f64::to_bits).collect::<Vec<_>>())
         };
         let stands = |force: &dyn DiscreteForce| {
             places.iter().all(|place| {
