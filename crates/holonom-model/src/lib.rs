@@ -547,6 +547,18 @@ impl Model {
         ]
     }
 
+    /// A name that no part has: this one, with as many `_` behind it as that takes.
+    #[must_use]
+    pub fn free_name(&self, wanted: &str) -> String {
+        let names = self.names();
+        let is_taken = |name: &str| names.iter().any(|(_, all)| all.contains(&name));
+        let mut name = wanted.to_owned();
+        while is_taken(&name) {
+            name.push('_');
+        }
+        name
+    }
+
     /// Fills in what the text leaves open.
     fn resolve(&mut self) {
         columns::resolve(self);

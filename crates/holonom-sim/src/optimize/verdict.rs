@@ -48,10 +48,7 @@ fn moved(model: &Model, motion: &Motion) -> Model {
 
 /// Adds an effort beside the motor of its joint: a law of the time by a table of steps.
 fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &Motion)) {
-    let signals = model.signals.iter().map(|own| own.name.as_str());
-    let taken = signals.chain(model.tables.iter().map(|own| own.name.as_str()));
-    let table = free_name(&format!("values_{k}"), taken);
-    let name = free_name(&control.name, model.laws.iter().map(|own| own.name.as_str()));
+    let (name, table) = (control.name.clone(), model.free_name(&format!("values_{k}")));
     // zero after the last, as a history is
     let all = motion.controls.iter().map(|row| row[k]).chain([0.0]);
     let points = all.enumerate().map(|(n, value)| [n as f64 * motion.step, value]).collect();
@@ -60,15 +57,6 @@ fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &Mo
     model.laws.push(Law { name, joint, freedom, effort, ..Law::default() });
     let (interpolation, outside) = (Interpolation::Steps, Outside::Hold);
     model.tables.push(Table { name: table, points, interpolation, outside, ..Table::default() });
-}
-
-/// A name that is not taken.
-fn free_name<'a>(wanted: &str, taken: impl Iterator<Item = &'a str> + Clone) -> String {
-    let mut name = wanted.to_owned();
-    while taken.clone().any(|own| own == name) {
-        name.push('_');
-    }
-    name
 }
 
 pub(super) fn status(verdict: &Verdict) -> Status {
