@@ -41,7 +41,7 @@ pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelE
         let help = "add an [[objective]]: effort, work, time, rate or sensor";
         return refuse("objective", "an optimum of nothing", help);
     }
-    for own in model.controls.iter().filter(|own| own.shape == ControlShape::Linear) {
+    if let Some(own) = model.controls.iter().find(|own| own.shape == ControlShape::Linear) {
         let key = format!("control.{}.shape", own.name);
         let help = "write shape = \"constant\"";
         return refuse(&key, "an optimum of efforts linear in time", help);
