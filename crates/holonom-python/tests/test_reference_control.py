@@ -29,7 +29,8 @@ def turn(vector: Array) -> Array:
         return np.eye(3)
     x, y, z = vector / angle
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return turned
 
 
 def placed(own: dict[str, Any]) -> list[tuple[Array, Array]]:
@@ -71,6 +72,7 @@ def mechanism(own: dict[str, Any]) -> dict[str, Any]:
         }
         for body, (position, axes) in zip(own["bodies"], placed(own), strict=True)
     ]
+    at = placed(own)
     independent = own["initial"].get("independent")
     rates = own["initial"]["rates"]
     joints: list[dict[str, Any]] = []
@@ -78,12 +80,13 @@ def mechanism(own: dict[str, Any]) -> dict[str, Any]:
         if joint["type"] == "F":
             continue
         ends = ["ground" if end < 0 else names[end] for end in (joint["parent"], joint["child"])]
+        axes = np.eye(3) if joint["parent"] < 0 else at[joint["parent"]][1]
         made: dict[str, Any] = {
             "name": joint["name"],
             "type": KINDS[joint["type"]],
             "parent": ends[0],
             "child": ends[1],
-            "axis": joint["axis"],
+            "axis": (axes @ np.array(joint["axis"])).tolist(),
             "anchor_parent": joint["anchor_parent"],
             "anchor_child": joint["anchor_child"],
         }
@@ -115,17 +118,15 @@ def wanted(own: dict[str, Any]) -> tuple[list[dict[str, Any]], list[dict[str, An
             name = f"end of {k}"
             conditions.append({"name": name, "sensor": f"s{k}", "equals": end["value"] - begun})
     if free:
-        # an attitude by three components of marks on the body
-        axes = turn(np.array([end["value"] for end in free]))
+        # an attitude by the quaternion of its rotation vector
+        vector = np.array([end["value"] for end in free])
+        angle = float(np.linalg.norm(vector))
+        parts = np.sin(0.5 * angle) * vector / angle
         body = own["bodies"][joints[free[0]["joint"]]["child"]]["name"]
-        for mark, parts in (("x", "yz"), ("y", "z")):
-            k = "xyz".index(mark)
-            point = np.eye(3)[k].tolist()
-            sensors.append({"name": f"mark {mark}", "type": "position", "of": body, "point": point})
-            for part in parts:
-                value, name = axes["xyz".index(part), k], f"{mark}{part}"
-                sensor = f"mark {mark}.{part}"
-                conditions.append({"name": name, "sensor": sensor, "equals": float(value)})
+        sensors.append({"name": "attitude", "type": "orientation", "of": body})
+        for part, value in zip("xyz", parts.tolist(), strict=True):
+            name, sensor = f"end of {part}", f"attitude.{part}"
+            conditions.append({"name": name, "sensor": sensor, "equals": value})
     for bound in own.get("coordinate_bounds", []):
         k = bound["joint"]
         by = {"min": bound["min"] - start[k], "max": bound["max"] - start[k]}
@@ -169,10 +170,6 @@ def test_optima_are_the_stored_ones(name: str) -> None:
     off = abs(found.cost - own["results"]["cost"])
     print(f"{name}: {found.cost!r}, off by {off:.1e}, allowed {own['tolerance']['cost']:.1e}")
     assert found.optimal
-    if name == "oc05":
-        # bang-bang: from a straight line one of its other local optima
-        assert min(abs(found.cost - t) for t in (0.4343, 0.4537, 0.5057, 0.5557, 0.6876)) < 1e-3
-        return
     assert off <= own["tolerance"]["cost"]
     controls = np.array(own["results"]["controls"])
     assert np.max(np.abs(found.controls - controls)) <= own["tolerance"]["controls"]
@@ -206,17 +203,25 @@ def test_estimates_are_the_stored_ones() -> None:
     own = case("id01")
     found = hn.identify(*fitted(own))
     results, tolerance = own["results"], own["tolerance"]
-    off = np.abs(found.estimates / results["estimate"] - 1.0)
-    errors = np.abs(found.standard_errors / results["standard_error"] - 1.0)
+    order = [("damping", "centre").index(name) for name in found.names]
+    off = np.abs(found.estimates / np.array(results["estimate"])[order] - 1.0)
+    errors = np.abs(found.standard_errors / np.array(results["standard_error"])[order] - 1.0)
     print(f"estimates off by {off}, standard errors by {errors}")
-    assert found.converged and found.names == ["damping", "centre"]
+    assert found.converged and found.names == ["centre", "damping"]
     assert np.max(off) <= tolerance["estimate_relative"]
     assert np.max(errors) <= tolerance["standard_error_relative"]
 
 
 def test_what_the_data_do_not_see_is_named() -> None:
     own = case("id04")
-    with pytest.warns(hn.HolonomWarning):
-        found = hn.identify(*fitted(own))
-    print(found)
-    assert "inertia" in str(found)
+    found = hn.identify(*fitted(own))
+    assert not found.converged
+    (unseen,) = found["unseen"]
+    parts = dict(unseen["parts"])
+    # (I + m c²)/c and d/c decide the motion: δI/I = (I − m c²)/I δc/c, δd/d = δc/c
+    at = dict(zip(found.names, found.estimates.tolist(), strict=True))
+    inertia, centre = at["inertia"], at["centre"]
+    wanted = (inertia - own["bodies"][0]["mass"] * centre**2) / inertia
+    print(parts, wanted)
+    assert abs(parts["damping"] / parts["centre"] - 1.0) < 1e-6
+    assert abs(parts["inertia"] / parts["centre"] / wanted - 1.0) < 1e-4
