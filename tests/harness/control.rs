@@ -735,7 +735,7 @@ impl GradientCase {
             }
         }
         value += objective.of_end(run.state());
-        let rates = all.rates(&objective, run.state());
+        let rates = all.rates(beside, run.state());
         let mut rates = rates.into_iter();
         let mut next = |count: usize| -> Vec<f64> { rates.by_ref().take(count).collect() };
         let coordinates = next(start.coordinates.len());
@@ -775,7 +775,7 @@ impl GradientCase {
             for _ in 0..growth.steps {
                 beside_run.advance(&mut run, beside).map_err(words)?;
             }
-            let forward = beside_run.rates(&objective, run.state())[0];
+            let forward = beside_run.rates(beside, run.state())[0];
             let grown = beside_run.growth()[0];
             println!(
                 "{} steps: {own:.6e}, off by {error:.1e}, forward by {:.1e}, {grown:?}",

@@ -98,7 +98,7 @@ fn of_run(
     for _ in 1..STEPS {
         tangents.advance(run, beside)?;
     }
-    let forward = tangents.rates(&objective, run.state())[0];
+    let forward = tangents.rates(beside, run.state())[0];
     run.place_at(&start);
     let checkpoints = Checkpoints::All;
     let (steps, by_step) = (STEPS - 1, false);

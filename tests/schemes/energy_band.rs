@@ -104,6 +104,7 @@ fn the_list_of_histories_is_complete() {
             History::Table { .. } => 6,
             History::Expression(_) => 7,
             History::Steps { .. } => 8,
+            History::Function(_) => unreachable!("of no file"),
         };
         found[place] += 1;
     }

@@ -53,7 +53,7 @@ impl Units {
 
     fn history(self, history: &mut History) {
         match history {
-            History::Constant | History::Unstated => {}
+            History::Constant | History::Unstated | History::Function(_) => {}
             History::Expression(formula) => *formula = formula.with_time(self.time, 1.0),
             History::Linear { end } => *end *= self.time,
             History::Ramp { start, end } | History::Pulse { start, end } => {

@@ -48,7 +48,7 @@ impl SignalsApart {
                 |key: &str, value| slopes.number(&format!("signal.{}.{key}", signal.name), value);
             let parts = signal.parts(&mut |key, value| at(key, value));
             let vanishes = |(_, own): &(String, Dual64)| own.re == 0.0 && own.eps != 0.0;
-            if parts.iter().flat_map(|part| &part.numbers).any(|own| vanishes(own)) {
+            if parts.iter().flat_map(|part| &part.numbers).any(vanishes) {
                 let what = format!("the derivative by `{}` of a part that is zero", parameter.name);
                 return Err(refused(&format!("signal.{}", signal.name), what, LEAVE_OUT));
             }
