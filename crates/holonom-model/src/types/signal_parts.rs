@@ -71,10 +71,15 @@ impl Filter {
 impl Pid {
     fn parts(&self, number: &mut NumberAt<'_>) -> Vec<SignalPart> {
         let proportional = number("pid.proportional", self.proportional);
-        let integral = number("pid.integral", self.integral);
-        let derivative = number("pid.derivative", self.derivative);
-        let filter = number("pid.filter", self.filter.unwrap_or(1.0));
         let (integrates, differentiates) = (self.integral != 0.0, self.derivative != 0.0);
+        // a gain of zero has no state, and no derivative
+        let mut counts = |own: bool, key: &str, value: f64| match own {
+            true => number(key, value),
+            false => Dual64::of(value),
+        };
+        let integral = counts(integrates, "pid.integral", self.integral);
+        let derivative = counts(differentiates, "pid.derivative", self.derivative);
+        let filter = counts(differentiates, "pid.filter", self.filter.unwrap_or(1.0));
         let mut text = "k_p*e".to_owned();
         let mut numbers = vec![("k_p", proportional)];
         if integrates {
@@ -120,12 +125,18 @@ impl Pid {
 
 impl Transfer {
     fn parts(&self, number: &mut NumberAt<'_>) -> Vec<SignalPart> {
-        let mut coefficients = |key: &str, own: &[f64]| -> Vec<Dual64> {
-            let each = own.iter().enumerate();
-            each.map(|(k, c)| number(&format!("transfer.{key}.{k}"), *c)).collect()
+        let mut coefficients = |key: &str, own: &[f64], direct: bool| -> Vec<Dual64> {
+            // what goes through at once, or does not, is no matter of degree
+            let counts = |k: usize, c: f64| !direct || k > 0 || c != 0.0;
+            let each = own.iter().enumerate().map(|(k, c)| match counts(k, *c) {
+                true => number(&format!("transfer.{key}.{k}"), *c),
+                false => Dual64::of(*c),
+            });
+            each.collect()
         };
-        let denominator = coefficients("denominator", &self.denominator);
-        let numerator = coefficients("numerator", &self.numerator);
+        let denominator = coefficients("denominator", &self.denominator, false);
+        let direct = self.numerator.len() == denominator.len();
+        let numerator = coefficients("numerator", &self.numerator, direct);
         let (n, lead) = (denominator.len() - 1, denominator[0]);
         let a: Vec<Dual64> = denominator.iter().map(|c| *c / lead).collect();
         let mut b = vec![Dual64::of(0.0); n + 1 - numerator.len()];
@@ -145,7 +156,7 @@ impl Transfer {
         let out: Vec<Dual64> =
             (0..=n).map(|k| if k == 0 { zero } else { b[k] - a[k] * b[0] }).collect();
         let back: Vec<Dual64> = (0..=n).map(|k| if k == 0 { zero } else { -a[k] }).collect();
-        let direct = b[0].re != 0.0 || b[0].eps != 0.0;
+        let direct = b[0].re != 0.0;
         add(OUTPUT, false, if direct { "c0*of".to_owned() } else { "0".to_owned() }, &out);
         for k in 1..=n {
             let name = format!("x{k}");

@@ -44,7 +44,7 @@ impl<'a> Formulas<'a> {
         curves: &'a Curves<'a>,
         slopes: &Slopes<'_>,
     ) -> Result<Self, ModelError> {
-        let apart = SignalsApart::new(parameter, model, slopes)?;
+        let apart = SignalsApart::new(parameter, model, slopes);
         let (signals, states, taken) = Default::default();
         let mut own = Self { parameter, curves, apart, signals, states, taken };
         let all = own.apart.signals.clone();

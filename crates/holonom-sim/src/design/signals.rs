@@ -15,7 +15,6 @@ use holonom_model::{
 };
 use std::collections::BTreeMap;
 use vi_constraints::Method;
-use vi_core::num_dual::Dual64;
 
 /// The signals of a model, taken apart.
 #[derive(Default)]
@@ -37,27 +36,17 @@ fn own(name: String, is_rate: bool, text: String) -> Signal {
 }
 
 impl SignalsApart {
-    pub(super) fn new(
-        parameter: &ParameterTangent,
-        model: &Model,
-        slopes: &Slopes<'_>,
-    ) -> Result<Self, ModelError> {
+    pub(super) fn new(parameter: &ParameterTangent, model: &Model, slopes: &Slopes<'_>) -> Self {
         let mut all = Self::default();
         for signal in &model.signals {
-            let at =
-                |key: &str, value| slopes.number(&format!("signal.{}.{key}", signal.name), value);
-            let parts = signal.parts(&mut |key, value| at(key, value));
-            let vanishes = |(_, own): &(String, Dual64)| own.re == 0.0 && own.eps != 0.0;
-            if parts.iter().flat_map(|part| &part.numbers).any(vanishes) {
-                let what = format!("the derivative by `{}` of a part that is zero", parameter.name);
-                return Err(refused(&format!("signal.{}", signal.name), what, LEAVE_OUT));
-            }
+            let at = |key: &str| format!("signal.{}.{key}", signal.name);
+            let parts = signal.parts(&mut |key, value| slopes.number(&at(key), value));
             match &parts[..] {
                 [] => all.signals.push(signal.clone()),
                 parts => parts.iter().for_each(|part| all.add(parameter, signal, part)),
             }
         }
-        Ok(all)
+        all
     }
 
     /// Adds a part of a signal.

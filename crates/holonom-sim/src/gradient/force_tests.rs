@@ -339,6 +339,43 @@ fn numbers_of_histories_agree_with_differences() {
     }
 }
 
+/// Gains of zero, which have no state, what is sampled or delayed, and states in Galerkin steps.
+#[test]
+fn numbers_of_signals_without_derivatives_are_refused() {
+    let signal = |own: &str| {
+        let law = "[[law]]\nname = \"pushes\"\njoint = \"slide\"\neffort = \"s\"\n";
+        format!("{}[[signal]]\nname = \"s\"\n{own}\n{law}", without_controls(&held()))
+    };
+    let lag = signal("filter = { of = \"slide\", time_constant = \"= 0.1*c\" }");
+    let cases = [
+        (
+            signal("pid = { of = \"-slide\", proportional = 2.0, integral = \"= c - 0.4\" }"),
+            "signal.s.pid.integral",
+        ),
+        (
+            signal("pid = { of = \"-slide\", proportional = \"= c\" }\nevery = 0.02"),
+            "signal.s.pid.proportional",
+        ),
+        (signal("delay = { of = \"c*slide\", time = 0.02 }"), "signal.s.delay.of"),
+        (
+            signal(
+                "transfer = { of = \"slide\", numerator = [\"= c - 0.4\", 1.0], denominator = [1.0, 2.0] }",
+            ),
+            "signal.s.transfer.numerator.0",
+        ),
+        (by(&lag, "method = \"galerkin\"\norder = 4\n"), "simulation.method"),
+        (by(&lag, "start = \"relaxed\"\n"), "simulation.start"),
+    ];
+    for (text, key) in cases {
+        let text = sensing(&text, "type = \"position\"\nof = \"lower\"\n", "x", "");
+        let source = ModelText::from_text(Path::new("model.toml"), &text);
+        let model = source.model(&[]).unwrap();
+        let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        println!("{found}");
+        assert!(found.to_string().starts_with(key), "{key}: {found}");
+    }
+}
+
 /// A history that jumps, or a table of a path, has no derivative by its times.
 #[test]
 fn times_of_jumps_are_refused() {
