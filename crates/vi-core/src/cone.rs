@@ -207,7 +207,7 @@ impl ConeSolver {
         {
             let (block, now) =
                 (Matrix3::from_diagonal_element(*a), Vector3::new(lambda[0], 0.0, 0.0));
-            lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0)), 1.0, &now)[0];
+            lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0), 0.0), 1.0, &now)[0];
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
         self.problem.load(cones, w_matrix, w, errors);
@@ -384,11 +384,24 @@ impl ConeSolver {
         self.residual.excess() <= ACCEPTED
     }
 
-    /// The same; the nearest impulses are kept.
+    /// The same; the nearest impulses are kept. Impulses that balance one another are no solution
+    /// where the last sweeps end near one: laws that contradict one another by what they leave
+    /// would be hidden by rounding.
     fn ends(&mut self) -> bool {
-        let holds = self.holds();
-        if self.residual.excess() < self.least {
-            self.least = self.residual.excess();
+        let (holds, excess) = (self.holds(), self.residual.excess());
+        if self.residual.balances() {
+            self.residual.evaluate(&self.problem, &self.swept);
+            let (balances, near) = (self.residual.balances(), self.residual.excess());
+            if !balances && near <= NEARLY {
+                if near < self.least {
+                    self.least = near;
+                    self.nearest.copy_from_slice(&self.swept);
+                }
+                return false;
+            }
+        }
+        if excess < self.least {
+            self.least = excess;
             self.nearest.copy_from_slice(&self.impulse);
         }
         holds
@@ -472,7 +485,8 @@ impl ConeSolver {
             }
             false => 0.0,
         });
-        let next = local::law(cone, (&A, &c), part, &now);
+        let error = (row..row + rows).map(|i| problem.error(i)).fold(0.0, f64::max);
+        let next = local::law(cone, (&A, &c, error), part, &now);
         let mut change = 0.0_f64;
         for i in 0..rows {
             let value = next[i];

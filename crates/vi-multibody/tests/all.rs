@@ -19,6 +19,7 @@ mod ensemble;
 mod ensemble_forces;
 mod ensemble_recording;
 mod force_slopes;
+mod jammed_contacts;
 mod joint_contacts;
 mod joint_coordinates;
 mod joint_efforts;

@@ -192,8 +192,26 @@ impl ActiveRows {
     /// By what velocities the laws are violated beside what the node before leaves, where the last
     /// ones changed by this.
     pub(super) fn deviation(&self, change: f64) -> Option<f64> {
-        let most = self.proximal.left.max(change);
+        let most = self.proximal.left.max(change).max(self.passing());
         (self.proximal.is_compliant && most > self.proximal.within).then_some(most)
+    }
+
+    /// By what velocity the last step passes a normal law at most, `−ξ_N`. The compliance along the
+    /// tangents is part of it: where the laws hold for `y + δ`, `y_N ≥ −|δ_N| − μ|δ_T|`.
+    fn passing(&self) -> f64 {
+        let (mut most, mut row) = (0.0_f64, 0);
+        for cone in &self.cones {
+            while self.active[row] == KNOWN {
+                row += 1;
+            }
+            if let (Drive::Zero { xi, .. }, false) =
+                (self.drives[row], matches!(cone, Cone::Bounded { .. }))
+            {
+                most = most.max(-xi);
+            }
+            row += cone.rows();
+        }
+        most
     }
 
     /// A compliance is to end the iteration, where proximal steps violate the laws; whether it is

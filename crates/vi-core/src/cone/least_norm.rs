@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 
 /// Columns shorter than this part of the longest one depend on the others. Above the rounding
 /// errors of a Delassus matrix, below what a mass ratio of 10⁸ leaves.
-const RANK: f64 = 1e-12;
+pub(super) const RANK: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
 pub(super) struct LeastNorm {

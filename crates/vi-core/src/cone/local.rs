@@ -12,14 +12,25 @@
 //! ```
 #![allow(non_snake_case)] // A
 
+use super::least_norm::RANK;
 use super::problem::Cone;
 use super::residual::{clip, norm, sliding, to_cone};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Cholesky, Const, Matrix3, Vector3};
 
-/// The law of a contact with `part` of its friction; of laws of one row the first entries count.
+/// Of the friction that holds a contact of what moves along few directions.
+const INSIDE: f64 = 0.9;
+
+/// What sticks nearly: velocities that are left of this part contradict one another.
+const NEARLY: f64 = 1e-5;
+/// Impulses of slip beyond this many times those of the motion are of a direction that rounding
+/// chooses.
+const LARGE: f64 = 1e6;
+
+/// The law of a contact with `part` of its friction; of laws of one row the first entries count;
+/// `error`: to which `c` is known.
 pub(super) fn law(
     cone: Cone,
-    (A, c): (&Matrix3<f64>, &Vector3<f64>),
+    (A, c, error): (&Matrix3<f64>, &Vector3<f64>, f64),
     part: f64,
     now: &Vector3<f64>,
 ) -> Vector3<f64> {
@@ -27,7 +38,7 @@ pub(super) fn law(
     match cone {
         Cone::Normal => one(unilateral(A[(0, 0)], c[0])),
         Cone::Bounded { bound } => one(bounded(A[(0, 0)], c[0], bound, now[0])),
-        Cone::Friction { coefficient } => friction(A, c, part * coefficient, now),
+        Cone::Friction { coefficient } => friction(A, (c, error), part * coefficient, now),
         Cone::Convex { coefficient, speed } => {
             let c = Vector3::new(c[0] + speed, c[1], c[2]);
             projected(A, &c, part * coefficient, now)
@@ -101,12 +112,26 @@ fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
 
 /// The three rows of a contact with friction; of several directions of slip the one next to
 /// `now`. Where no state holds (`μ` beyond the existence of one), a step of projected iteration.
-fn friction(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Vector3<f64> {
+fn friction(
+    A: &Matrix3<f64>,
+    (c, error): (&Vector3<f64>, f64),
+    mu: f64,
+    now: &Vector3<f64>,
+) -> Vector3<f64> {
     if c[0] >= 0.0 {
         return Vector3::zeros();
     }
     let slips = || slip_near(A, c, mu, now).or_else(|| slip(A, c, mu, now));
-    stick(A, c, mu).or_else(slips).unwrap_or_else(|| {
+    let found = match regular(A) {
+        Some(factor) => Some(factor.solve(&-c)).filter(|lambda| holds(lambda, mu)).or_else(slips),
+        None => {
+            let is_moderate = |own: &Vector3<f64>| own.amax() * A.trace() <= LARGE * c.amax();
+            jam(A, (c, error), mu, now)
+                .or_else(|| slips().filter(is_moderate))
+                .or_else(|| jam(A, (c, NEARLY * c.amax()), mu, now))
+        }
+    };
+    found.unwrap_or_else(|| {
         let y = A * now + c;
         let normal = (now[0] - y[0]).max(0.0);
         let z = [now[1] - y[1], now[2] - y[2]];
@@ -115,10 +140,57 @@ fn friction(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> 
     })
 }
 
-fn stick(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64) -> Option<Vector3<f64>> {
-    let lambda = A.cholesky()?.solve(&-c); // singular: the Newton steps settle it
-    let holds = lambda[0] >= 0.0 && norm([lambda[1], lambda[2]]) <= mu * lambda[0];
-    holds.then_some(lambda)
+/// The factor of a block that is not singular: of what moves along fewer directions rounding alone
+/// would choose among impulses that balance one another.
+fn regular(A: &Matrix3<f64>) -> Option<Cholesky<f64, Const<3>>> {
+    A.cholesky().filter(|factor| {
+        let least = factor.l_dirty().diagonal().min();
+        least * least > RANK * A.diagonal().max()
+    })
+}
+
+/// Whether a cone has an impulse.
+fn holds(lambda: &Vector3<f64>, mu: f64) -> bool {
+    lambda[0] >= 0.0 && norm([lambda[1], lambda[2]]) <= mu * lambda[0]
+}
+
+/// Stick of what moves along one or two directions alone: of the impulses that leave no velocity
+/// but the `error` of `c` the one next to `now`, moved towards the axis of the cone by what changes
+/// no velocity, just into it.
+fn jam(
+    A: &Matrix3<f64>,
+    (c, error): (&Vector3<f64>, f64),
+    mu: f64,
+    now: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let eigen = A.symmetric_eigen();
+    let least = RANK * eigen.eigenvalues.max();
+    let inverse = eigen.eigenvalues.map(|own| if own > least { 1.0 / own } else { 0.0 });
+    let inverse =
+        eigen.eigenvectors * Matrix3::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
+    let y = A * now + c;
+    let nearest = now - inverse * y;
+    let left = (A * nearest + c).amax();
+    if left > error.max(RANK * c.amax()) {
+        return None;
+    }
+    let (inside, axis) = (INSIDE * mu, Vector3::x());
+    if holds(&nearest, inside) {
+        return Some(nearest);
+    }
+    let along = axis - inverse * (A * axis);
+    // |Λ_T + t d_T| = μ (Λ_N + t d_N)
+    let product = |a: &Vector3<f64>, b: &Vector3<f64>| {
+        a[1] * b[1] + a[2] * b[2] - inside * inside * a[0] * b[0]
+    };
+    let (p, q, r) =
+        (product(&along, &along), product(&along, &nearest), product(&nearest, &nearest));
+    let root = (q * q - p * r).max(0.0).sqrt();
+    let t =
+        if q > 0.0 { [-(q + root) / p, -r / (q + root)] } else { [(root - q) / p, r / (root - q)] };
+    let ends = t.map(|t| (t.abs(), nearest + along * t));
+    let ends = ends.into_iter().filter(|own| own.0.is_finite() && holds(&own.1, mu));
+    ends.min_by(|a, b| a.0.total_cmp(&b.0)).map(|own| own.1)
 }
 
 /// Slip in a direction `e` where it holds: `λ` with `y_N = 0`, and `y_T` along `e`.

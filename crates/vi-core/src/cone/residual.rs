@@ -30,6 +30,7 @@ pub(super) struct Residual {
     sizes: Vec<f64>,    // k  of the terms of y and Λ
     relative: Vec<f64>, // cones
     excess: f64,        // the largest of them, beside the errors of w
+    balances: bool,     // some sizes are beyond `BALANCED`
     rho: f64,
 }
 
@@ -55,7 +56,7 @@ impl Residual {
             let terms = problem.row(i).iter().zip(impulse).map(|(w, impulse)| (w * impulse).abs());
             self.sizes[i] = problem.w[i].abs() + impulse[i].abs() + terms.sum::<f64>();
         }
-        self.excess = 0.0;
+        (self.excess, self.balances) = (0.0, false);
         let most = BALANCED * norm_inf(&problem.w);
         for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
             let error = (*row..row + cone.rows()).map(|i| problem.error(i)).fold(0.0, f64::max);
@@ -67,6 +68,7 @@ impl Residual {
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
             if size > most {
                 fault = fault.max(f64::EPSILON * size); // rounding of Λ hides y
+                self.balances = true;
             }
             if fault > error {
                 let size = size.min(most).max(f64::MIN_POSITIVE);
@@ -80,6 +82,11 @@ impl Residual {
     /// [`BALANCED`] left out.
     pub(super) fn excess(&self) -> f64 {
         self.excess
+    }
+
+    /// Whether impulses balance one another there: sizes are beyond [`BALANCED`].
+    pub(super) fn balances(&self) -> bool {
+        self.balances
     }
 
     /// A generalized derivative `∂F/∂Λ` at the point of the last evaluation.
