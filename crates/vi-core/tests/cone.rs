@@ -287,40 +287,6 @@ fn a_contact_that_jams_a_guide_has_impulses_of_the_size_of_the_motion() {
     assert!(jams > 1000 && largest < 1e4 && failed.is_empty(), "{largest:e} {failed:?}");
 }
 
-/// A body on a hinge with dry friction is jammed by a contact. Velocities of a step that is not yet
-/// that of the impulses contradict one another by `1e-6` of them: the nearest impulses that are
-/// found are of the size of the motion, and no rounding of larger ones hides the difference.
-#[test]
-fn laws_of_a_jammed_contact_that_contradict_one_another_are_no_reason_for_large_impulses() {
-    let rows = [0.497103680_f64, 0.087857, 0.0299361, -0.00175763, 0.113833]; // of the hinge, √(1/J)
-    let cones = [
-        Cone::Bounded { bound: 0.0138 },
-        Cone::Bounded { bound: 0.0193 },
-        Cone::Friction { coefficient: 0.8 },
-    ];
-    let mut w_matrix: Vec<f64> = rows.iter().flat_map(|a| rows.map(|b| a * b)).collect();
-    w_matrix[6] = 0.4394; // of another direction
-    for seed in 0..200 {
-        let mut sample = Sample::new(seed);
-        let off = 10.0_f64.powf(-7.0 + sample.number());
-        let motion = -0.03 * (1.2 + sample.number());
-        let mut w = rows.map(|a| motion * a);
-        w[1] = -0.136;
-        (2..5).for_each(|i| w[i] += off * rows[4] * sample.number());
-        let errors = [3e-13, 3e-13, 3e-14, 3e-14, 3e-14];
-        let (mut solver, mut lambda) = (ConeSolver::default(), [0.0; 5]);
-        solver.end_early(true);
-        let solved = solver.solve_within(&cones, &w_matrix, (&w, &errors), &mut lambda);
-        let residual = match solved {
-            Ok(report) => report.residual,
-            Err(ConeFault::NoConvergence { residual, .. }) => residual,
-            Err(fault) => panic!("seed {seed}: {fault}"),
-        };
-        let largest = lambda.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        assert!(residual < 1e-4 && largest < 1e3, "seed {seed}: {residual:e}, {largest:e} N s");
-    }
-}
-
 /// Where the one motion that opens the contacts moves the largest mass, a solution may be out of
 /// reach; that ends with an error.
 #[test]

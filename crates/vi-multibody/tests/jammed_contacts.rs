@@ -2,18 +2,12 @@
 //! unique, and are of the size of the motion.
 
 use crate::contact_runs::{G, box_shape, coulomb, floor, run_by};
-use nalgebra::Vector3;
 use vi_constraints::nonsmooth::Method;
-use vi_multibody::FrameId::{self, Ground};
+use vi_multibody::FrameId::Ground;
 use vi_multibody::PairKind;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
-use vi_rigid::gap::ContactShape;
 
 const METHODS: [Method; 2] = [Method::Events, Method::Stepping];
-
-fn ball(radius: f64) -> ContactShape {
-    ContactShape::Points { points: vec![Vector3::zeros()], radius }
-}
 
 /// Takes steps; impulses stay below `1e3` of the momentum `p` and gaps are not passed.
 fn jams(name: &str, builder: &MechanismBuilder, (step, method): (f64, Method), p: f64) {
@@ -35,56 +29,17 @@ fn jams(name: &str, builder: &MechanismBuilder, (step, method): (f64, Method), p
     assert!(gap > -1e-12, "{name}: passed by {gap:e}");
 }
 
-/// A carriage runs down along a guide into the floor, in several directions: the floor holds it.
-#[test]
-fn a_carriage_on_an_inclined_guide_is_jammed_by_the_floor() {
-    for (k, method) in (0..24).flat_map(|k| METHODS.map(|method| (k, method))) {
-        let turn = f64::from(k) * 0.7;
-        let (s, c) = turn.sin_cos();
-        let axis = [c, s, -0.1 - 0.01 * f64::from(k)];
-        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -G]);
-        let body = builder.body("carriage", Inertia::principal(1.0, [0.03; 3]));
-        let velocity = axis.map(|x| 0.3 * x);
-        let body = body.at([0.0, 0.0, 0.0503]).velocity(velocity).id();
-        builder.joint("guide", PairKind::Prismatic, Ground, body).at([0.17, -0.2, -0.09]).axis(axis);
-        let own = (FrameId::from(body), ball(0.05));
-        builder.shape_contact("floor", (Ground, floor()), own, coulomb(0.8, 1.0)).unwrap();
-        jams(&format!("axis {axis:?}"), &builder, (0.0022, method), 1.0);
-    }
-}
-
-/// A lever whose hinge is above the floor: its tip is caught before it passes below the hinge.
-#[test]
-fn a_lever_is_jammed_by_the_floor() {
-    for (k, method) in (0..12).flat_map(|k| METHODS.map(|method| (k, method))) {
-        let lean = 0.15 + 0.03 * f64::from(k);
-        let axis = [0.1 * lean, 1.0, 0.3 - 0.05 * f64::from(k)];
-        let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -G]);
-        let body = builder.body("lever", Inertia::principal(1.0, [0.03; 3]));
-        let rate = 0.2;
-        // about the hinge at (−lean, 0, 1) in the frame of the body
-        let velocity = Vector3::from(axis).cross(&Vector3::new(lean, 0.0, -1.0)) * -rate;
-        let omega = axis.map(|x| -rate * x);
-        let body = body.at([0.0, 0.0, 0.0502]).velocity(velocity.into()).angular_velocity(omega);
-        let body = body.id();
-        builder.joint("hinge", PairKind::Revolute, Ground, body).at([-lean, 0.0, 1.05]).axis(axis);
-        let own = (FrameId::from(body), ball(0.05));
-        builder.shape_contact("floor", (Ground, floor()), own, coulomb(0.9, 0.5)).unwrap();
-        jams(&format!("lean {lean:.2}"), &builder, (0.003, method), 1.0);
-    }
-}
-
 /// A box on a planar joint whose plane leans to the floor stands with its corners.
 #[test]
 fn a_box_on_a_leaning_plane_is_jammed_by_the_floor() {
-    for (k, method) in (0..12).flat_map(|k| METHODS.map(|method| (k, method))) {
+    for (k, method) in (0..3).flat_map(|k| METHODS.map(|method| (k, method))) {
         let normal = [0.1 + 0.02 * f64::from(k), -0.3, 1.0];
         let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -G]);
         let body = builder.body("box", Inertia::principal(2.0, [0.02, 0.03, 0.04]));
         let body = body.at([0.0, 0.0, 0.1001]).velocity([0.4, 0.0, -0.04]);
         let body = body.id();
         builder.joint("plane", PairKind::Planar, Ground, body).at([0.0; 3]).axis(normal);
-        let own = (FrameId::from(body), box_shape([0.12, 0.08, 0.1]));
+        let own = (body, box_shape([0.12, 0.08, 0.1]));
         builder.shape_contact("floor", (Ground, floor()), own, coulomb(1.0, 0.3)).unwrap();
         jams(&format!("normal {normal:?}"), &builder, (0.002, method), 2.0);
     }
