@@ -287,7 +287,17 @@ fn spline(t: f64) -> f64 {
     }
 }
 
-const TABLES: [Interpolated; 3] = [
+/// It jumps at the points.
+fn steps(t: f64) -> f64 {
+    match t {
+        _ if t < 0.02 => 0.4,
+        _ if t < 0.035 => 1.5,
+        _ => -0.6,
+    }
+}
+
+const TABLES: [Interpolated; 4] = [
+    ("steps", "hold", POINTS, steps),
     ("linear", "hold", POINTS, linear),
     ("pchip", "slope", POINTS, monotone),
     ("spline", "hold", POINTS, spline),
