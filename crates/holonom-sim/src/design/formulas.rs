@@ -80,7 +80,10 @@ impl<'a> Formulas<'a> {
                 let start = self.start_of(signal, model, slopes);
                 self.states.push(slope, start);
             } else if slope.is_some() {
-                let what = format!("the derivative by `{}` of a signal with states", self.name());
+                let what = format!(
+                    "the derivative by `{}` of what a signal samples or delays",
+                    self.name()
+                );
                 return Err(refused(&key, what, LEAVE_OUT));
             }
         }

@@ -234,9 +234,9 @@ fn expressions_without_a_derivative_are_refused_by_their_key() {
             ["law.l.effort", "no slope"],
         ),
         (
-            "[[signal]]\nname = 's'\nfilter = { of = 'k*elbow', time_constant = 0.1 }\n\
+            "[[signal]]\nname = 's'\ndelay = { of = 'k*elbow', time = 0.1 }\n\
              [[law]]\nname = 'l'\njoint = 'elbow'\neffort = '-s'",
-            ["signal.s.filter.of", "signal with states"],
+            ["signal.s.delay.of", "samples or delays"],
         ),
         (
             // the slope of the root is infinite
