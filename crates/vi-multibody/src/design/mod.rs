@@ -22,6 +22,7 @@ pub mod reaction;
 mod row_sums;
 mod rows;
 mod side_sums;
+mod signal_forces;
 mod signals;
 pub mod start;
 
@@ -49,7 +50,7 @@ use mass_sums::{Factors, MassSums};
 use row_sums::RowSums;
 use rows::MovedRows;
 use side_sums::SideSums;
-use signals::OfSignals;
+use signal_forces::OfSignals;
 use std::sync::Arc;
 use vi_constraints::Constraints;
 use vi_constraints::design::{Costates, Design, Place};

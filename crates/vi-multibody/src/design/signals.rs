@@ -6,13 +6,9 @@
 //! ```
 //! The change of a rate acts as one of the start of the step that its end has, too.
 
-use super::explicit::{Explicit, Sink};
-use crate::builder::{ElementForce, ForceElements};
 use crate::force::law::SignalStates;
-use vi_constraints::design::Place;
 use vi_core::Configuration;
-use vi_core::force::DiscreteForce;
-use vi_core::interval::{Interval, Slot};
+use vi_core::interval::Interval;
 use vi_core::signals::Signals;
 use vi_core::sparse::Entries;
 
@@ -24,10 +20,10 @@ pub struct SignalTangent {
 }
 
 /// A matrix times `ψ`, row by row.
-struct Times<'a, F> {
-    first: usize,
-    shift: &'a [f64],
-    visit: F,
+pub(super) struct Times<'a, F> {
+    pub(super) first: usize,
+    pub(super) shift: &'a [f64],
+    pub(super) visit: F,
 }
 
 impl<F: FnMut(usize, f64)> Entries for Times<'_, F> {
@@ -49,8 +45,13 @@ impl SignalTangent {
         Self { states, changes }
     }
 
+    /// Where their internal variables begin.
+    pub(super) fn first(&self) -> usize {
+        self.states.reading.first
+    }
+
     /// `ψ` of all internal variables of signals.
-    fn shift(&self, s: &Interval) -> Vec<f64> {
+    pub(super) fn shift(&self, s: &Interval) -> Vec<f64> {
         let mut shift = vec![0.0; self.states.count()];
         self.changes.with_efforts_in_step(s, |efforts| {
             for (place, rate) in self.states.reading.states.iter().zip(efforts) {
@@ -85,36 +86,5 @@ impl SignalTangent {
         let mut change = vec![0.0; count];
         self.states.begin_stated(at, v, &own, &mut change);
         out[first..].iter_mut().zip(&change).for_each(|(out, change)| *out += change);
-    }
-}
-
-/// Forces that read the states.
-pub(super) struct OfSignals {
-    own: SignalTangent,
-    forces: Vec<Box<dyn DiscreteForce>>,
-}
-
-impl OfSignals {
-    pub(super) fn new(own: &SignalTangent, forces: &ForceElements) -> Self {
-        let reads =
-            |force: &&ElementForce| matches!(force, ElementForce::Law(_) | ElementForce::Six(_));
-        let first = own.states.reading.first;
-        let forces = forces.forces.iter().map(|named| &named.force).filter(reads);
-        Self { own: own.clone(), forces: forces.map(|force| force.discrete(first)).collect() }
-    }
-}
-
-impl Explicit for OfSignals {
-    fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
-        let Place::Step(s) = at else { return };
-        let (shift, first) = (self.own.shift(s), self.own.states.reading.first);
-        for force in &self.forces {
-            let visit = |i: usize, f: f64| out.minus(i, f);
-            let mut times = Times { first, shift: &shift, visit };
-            force.add_internal_slope(s, Slot::First, &mut times);
-            let visit = |i: usize, f: f64| out.plus(i, f);
-            let mut times = Times { first, shift: &shift, visit };
-            force.add_internal_slope(s, Slot::Second, &mut times);
-        }
     }
 }
