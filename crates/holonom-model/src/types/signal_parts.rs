@@ -9,6 +9,7 @@
 //! ```
 //! `T_t = k_p/k_i` unless it is stated. Back calculation: Åström & Hägglund, PID Controllers, 1995.
 
+use super::law::Formula;
 use super::signal::{Filter, Pid, Signal, Transfer};
 use crate::expression::renamed;
 use vi_core::Number;
@@ -48,6 +49,12 @@ fn part(name: &str, is_rate: bool, text: String, numbers: &[(&str, Dual64)]) -> 
 }
 
 impl Signal {
+    /// What its parts name `of` or `feedforward`, with the key where it is stated.
+    #[must_use]
+    pub fn stated(&self, name: &str) -> Option<(&'static str, &Formula)> {
+        self.formulas().find(|(key, _)| key.split_once('.').is_some_and(|(_, own)| own == name))
+    }
+
     /// Its parts in the order of dependence, states in the order in which they are counted; empty
     /// for a signal without continuous states, and for one whose `rate` is an expression.
     #[must_use]

@@ -180,9 +180,8 @@ impl Chain<'_> {
         if !self.slopes.touches(key) {
             return Ok(None);
         }
-        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
-        let own =
-            history.with_numbers(&Curves::new(self.model), &mut |part, value| number(part, value));
+        let mut number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        let own = history.with_numbers(&Curves::new(self.model), &mut number);
         Ok(Some(History::Function(TimeFunction::new(move |t| own.value(t).eps))))
     }
 
@@ -200,8 +199,8 @@ impl Chain<'_> {
         if !self.slopes.touches(key) {
             return Ok(None);
         }
-        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
-        let own = path.with_numbers(&mut |part, value| number(part, value));
+        let own = path
+            .with_numbers(&mut |part, value| self.slopes.number(&format!("{key}.{part}"), value));
         Ok(Some(Box::new(move |t| own(t).map(|part| part.eps))))
     }
 

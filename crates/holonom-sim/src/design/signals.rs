@@ -57,19 +57,14 @@ impl SignalsApart {
             "w" => format!("{of}.u"), // as it is shown
             _ => format!("{of}.{part}"),
         };
-        let stated = |name: &str| {
-            let mut all = signal.formulas();
-            let found = all.find(|(key, _)| key.ends_with(&format!(".{name}")));
-            found.map(|(key, formula)| (format!("signal.{of}.{key}"), formula))
-        };
         let number = |name: &str| part.numbers.iter().find(|(own, _)| own == name);
         let (mut moving, mut keys) = (BTreeMap::new(), Vec::new());
-        let still = part.renamed(&mut |name| match (number(name), stated(name)) {
+        let still = part.renamed(&mut |name| match (number(name), signal.stated(name)) {
             (Some((_, own)), _) => format!("({:?})", own.re),
             (_, Some((_, formula))) => format!("({})", formula.0),
             _ => full(name),
         });
-        let changing = part.renamed(&mut |name| match (number(name), stated(name)) {
+        let changing = part.renamed(&mut |name| match (number(name), signal.stated(name)) {
             (Some((_, own)), _) if own.eps == 0.0 => format!("({:?})", own.re),
             (Some((_, own)), _) => {
                 let (value, slope) = (format!("({:?})", own.re), format!("({:?})", own.eps));
@@ -77,6 +72,7 @@ impl SignalsApart {
                 format!("{of}.{name}")
             }
             (_, Some((key, formula))) => {
+                let key = format!("signal.{of}.{key}");
                 let text = match parameter.formulas.get(&key) {
                     None => formula.0.clone(),
                     Some(own) => {

@@ -148,7 +148,7 @@ force = ["-c*vx", "0", "-k*z"]
 axes = "body"
 "#;
 
-/// Laws and a bushing that read signals with states, beside [`held`].
+/// Laws that read signals with states, beside [`held`].
 pub(super) const LAGGING: &str = r#"
 [[signal]]
 name = "slow"
@@ -167,13 +167,6 @@ effort = "-k*slow - 2*x + steers"
 name = "swims"
 on = "box"
 force = ["-c*vx*(1 + slow)", "steers", "-k*slow*z"]
-[[bushing]]
-name = "slack"
-from = "ground"
-to = "box"
-position = [0.1, 3.0, 0.2]
-stiffness = ["100*k*(1 + slow)", 900.0, 700.0, 5.0, "= k", 7.0]
-damping = [3.0, "9*c*(1 + slow)", 2.0, 0.1, 0.1, 0.2]
 "#;
 
 /// Signals with states whose numbers and expressions change, and laws that read them.
@@ -205,6 +198,10 @@ effort = "-k*slow - 2*x + steers + 0.1*grows"
 name = "swims"
 on = "box"
 force = ["-c*vx*(1 + slow)", "steers + bounded", "-k*slow*z + shaped"]
+"#;
+
+/// A bushing that reads a signal of [`LAGGING`] or [`TUNED`].
+pub(super) const SLACK: &str = r#"
 [[bushing]]
 name = "slack"
 from = "ground"

@@ -3,8 +3,8 @@
 
 use super::force_models::{
     ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
-    ORIENTATIONS, REACTIONS, READING, THREADED, TUNED, TURNS, WORKS, conservative, far, held,
-    without_controls, without_objectives,
+    ORIENTATIONS, REACTIONS, READING, SLACK, THREADED, TUNED, TURNS, WORKS, conservative, far,
+    held, without_controls, without_objectives,
 };
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
@@ -301,7 +301,7 @@ fn works_of_other_runs_agree_with_differences() {
 /// Of what reads signals with states, which are internal variables of the run.
 #[test]
 fn sensors_beside_signals_with_states_agree_with_differences() {
-    let text = held() + LAGGING;
+    let text = held() + LAGGING + SLACK;
     compare_all(&text, &LAGS, "");
     compare_all(&text, &LAGS, PATH);
     let text = by(&without_controls(&text), "method = \"galerkin\"\norder = 4\n");
@@ -337,6 +337,13 @@ fn numbers_of_histories_agree_with_differences() {
             [("effort", "shoulder", "", &["motor"]), ("acceleration", "box", "", &["y"])];
         compare_all(&without_controls(&text), &all, "");
     }
+}
+
+/// Why there is no gradient of a model.
+fn refusal(text: &str) -> String {
+    let source = ModelText::from_text(Path::new("model.toml"), text);
+    let model = source.model(&[]).unwrap();
+    gradient(&source, &[], &model, &Wanted::everything()).unwrap_err().to_string()
 }
 
 /// A hanging rod that a law pushes by what a filter leaves.
@@ -399,11 +406,9 @@ fn numbers_of_signals_without_derivatives_are_refused() {
     ];
     for (text, key) in cases {
         let text = sensing(&text, "type = \"position\"\nof = \"lower\"\n", "x", "");
-        let source = ModelText::from_text(Path::new("model.toml"), &text);
-        let model = source.model(&[]).unwrap();
-        let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        let found = refusal(&text);
         println!("{found}");
-        assert!(found.to_string().starts_with(key), "{key}: {found}");
+        assert!(found.starts_with(key), "{key}: {found}");
     }
 }
 
@@ -418,18 +423,16 @@ fn times_of_jumps_are_refused() {
     for history in jumps {
         let text = FORCES.replace("history = \"cos(k*t)\"", &format!("history = {history}"));
         let text = sensing(&text, "type = \"position\"\nof = \"box\"\n", "x", "");
-        let source = ModelText::from_text(Path::new("model.toml"), &text);
-        let model = source.model(&[]).unwrap();
-        let found = gradient(&source, &[], &model, &Wanted::everything()).unwrap_err();
+        let found = refusal(&text);
         println!("{found}");
-        assert!(found.to_string().contains(".history."), "{found}");
+        assert!(found.contains(".history."), "{found}");
     }
 }
 
 /// Of signals with states by their own numbers: gains, time constants, coefficients, starts.
 #[test]
 fn numbers_of_signals_with_states_agree_with_differences() {
-    let text = held() + TUNED;
+    let text = held() + TUNED + SLACK;
     let of = |kinds: &[&str]| -> Vec<_> {
         LAGS.into_iter().filter(|own| kinds.contains(&own.0)).collect()
     };

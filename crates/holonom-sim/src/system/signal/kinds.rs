@@ -137,9 +137,7 @@ impl<'a> Terms<'a> {
     /// What a signal states as an expression, `of` or `feedforward`.
     pub(super) fn stated(&mut self, signal: &'a Signal, part: &str) -> Result<Source, ModelError> {
         let own = [("t", Source::Input(0))];
-        let mut all = signal.formulas();
-        let found = all.find(|(key, _)| key.ends_with(&format!(".{part}")));
-        let (of, formula) = found.expect("it is stated");
+        let (of, formula) = signal.stated(part).expect("it is stated");
         let name = &signal.name;
         let source = self.formula((&label(name), &key(name, of)), formula, &own)?;
         self.parts.entry(name).or_default().push((part.to_owned(), source));
