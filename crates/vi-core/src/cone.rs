@@ -485,7 +485,7 @@ impl ConeSolver {
             }
             false => 0.0,
         });
-        let error = (row..row + rows).map(|i| problem.error(i)).fold(0.0, f64::max);
+        let error = problem.largest_error(row..row + rows);
         let next = local::law(cone, (&A, &c, error), part, &now);
         let mut change = 0.0_f64;
         for i in 0..rows {

@@ -163,6 +163,11 @@ impl Problem {
         }
     }
 
+    /// The largest error of `w` in these rows.
+    pub(super) fn largest_error(&self, rows: std::ops::Range<usize>) -> f64 {
+        rows.map(|i| self.error(i)).fold(0.0, f64::max)
+    }
+
     /// To which `w_i` is known.
     pub(super) fn error(&self, i: usize) -> f64 {
         self.errors.get(i).copied().unwrap_or(0.0)

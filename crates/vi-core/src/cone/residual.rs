@@ -59,7 +59,7 @@ impl Residual {
         (self.excess, self.balances) = (0.0, false);
         let most = BALANCED * norm_inf(&problem.w);
         for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
-            let error = (*row..row + cone.rows()).map(|i| problem.error(i)).fold(0.0, f64::max);
+            let error = problem.largest_error(*row..row + cone.rows());
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
