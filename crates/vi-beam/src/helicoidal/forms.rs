@@ -1,0 +1,131 @@
+//! The quadratic forms of which helicoidal strains are functions, and what acts on them.
+#![allow(non_snake_case)] // B
+
+use crate::small::product;
+use crate::strain::{self, ElementCoordinates, SIZE, Strain};
+use nalgebra::{SMatrix, SVector, Vector3};
+
+/// How many quadratic forms the strains are functions of.
+pub const FORMS: usize = 7;
+/// `y = (g, a, s)`, without units.
+pub type Forms = SVector<f64, FORMS>;
+/// `∂η/∂y`.
+pub type Slopes = SMatrix<f64, 6, FORMS>;
+/// `Σ n_i ∂²η_i/∂y∂y`.
+pub type Bends = SMatrix<f64, FORMS, FORMS>;
+
+/// `y` of coordinates.
+#[must_use]
+#[inline]
+pub fn forms(x: &ElementCoordinates, length: f64) -> Forms {
+    let mean = strain::forms(x, length);
+    let mut y = Forms::zeros();
+    for i in 0..3 {
+        (y[i], y[3 + i]) = (mean[i], length * mean[3 + i]);
+    }
+    for k in 3..12 {
+        y[6] += 0.125 * (x[12 + k] - x[k]) * (x[12 + k] - x[k]);
+    }
+    y
+}
+
+/// Columns `𝔹_k x`, the gradients of the forms.
+#[must_use]
+pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
+    force(x, length, &Bends::identity())
+}
+
+/// Columns `Σ_k c_ik 𝔹_k x`, one for each row of `c`: of `∂η/∂y` they are the columns `∇η_i`.
+#[must_use]
+#[inline]
+pub fn force<const N: usize>(
+    x: &ElementCoordinates,
+    length: f64,
+    c: &SMatrix<f64, N, FORMS>,
+) -> SMatrix<f64, SIZE, N> {
+    let half = 0.5 / length;
+    let mut rows = [[0.0; N]; SIZE];
+    for k in 0..3 {
+        let (a, b) = (|i: usize| x[3 + 3 * i + k], |i: usize| x[15 + 3 * i + k]);
+        let mean = |i: usize| (half * (a(i) + b(i)), i);
+        rows[12 + k] = combination([mean(0), mean(1), mean(2)], c); // [6.5]
+        rows[k] = rows[12 + k].map(|own| -own);
+        let slope = half * (x[12 + k] - x[k]);
+        for i in 0..3 {
+            let (next, last) = ((i + 1) % 3, (i + 2) % 3);
+            let (of_next, of_last, turn) = (3 + next, 3 + last, 0.25 * (b(i) - a(i)));
+            let to_b = [(0.5 * b(last), of_next), (-0.5 * b(next), of_last)];
+            let to_a = [(-0.5 * a(last), of_next), (0.5 * a(next), of_last)];
+            rows[3 + 3 * i + k] = combination([(slope, i), to_b[0], to_b[1], (-turn, 6)], c);
+            rows[15 + 3 * i + k] = combination([(slope, i), to_a[0], to_a[1], (turn, 6)], c);
+        }
+    }
+    SMatrix::from_fn(|i, j| rows[i][j])
+}
+
+/// `P_inᵀ Σ_k c_ik 𝔹_k x` with the directors of `x`, one column for each row of `c`: forces and
+/// torques of both nodes.
+/// ```text
+/// f_a = −Σ_I c_gI d̄_I/ℓ = −f_b,   τ_a = ½ Σ_I c_gI d_I^a×φ' + t,   τ_b = ½ Σ_I c_gI d_I^b×φ' − t
+/// t = ½ Σ_k c_ak (d_l^a×d_m^b − d_m^a×d_l^b) − ¼ c_s Σ_I d_I^a×d_I^b,      (k, m, l) cyclic
+/// ```
+#[must_use]
+#[inline]
+pub fn wrenches<const N: usize>(
+    x: &ElementCoordinates,
+    length: f64,
+    c: &SMatrix<f64, N, FORMS>,
+) -> SMatrix<f64, 12, N> {
+    let vector = |slot: usize| Vector3::new(x[3 * slot], x[3 * slot + 1], x[3 * slot + 2]);
+    let half_slope = (vector(4) - vector(0)) * (0.5 / length);
+    let [a, b] = [1, 5].map(|first| [0, 1, 2].map(|i| vector(first + i)));
+    let (mut of_g, mut turns) = ([[0.0; 12]; 3], [[0.0; 3]; 4]);
+    let mut relative = Vector3::zeros();
+    for i in 0..3 {
+        let (m, l) = ((i + 1) % 3, (i + 2) % 3);
+        let force = (a[i] + b[i]) * (0.5 / length);
+        let parts = [-force, a[i].cross(&half_slope), force, b[i].cross(&half_slope)];
+        of_g[i].as_chunks_mut().0.iter_mut().zip(parts).for_each(|(own, part)| *own = part.into());
+        turns[i] = (0.5 * (a[l].cross(&b[m]) - a[m].cross(&b[l]))).into();
+        relative -= 0.25 * a[i].cross(&b[i]);
+    }
+    turns[3] = relative.into();
+    let mut out = product(&of_g, &c.fixed_columns::<3>(0).transpose());
+    let turned = product(&turns, &c.fixed_columns::<4>(3).transpose());
+    for (own, turned) in out.data.0.iter_mut().zip(&turned.data.0) {
+        for i in 0..3 {
+            (own[3 + i], own[9 + i]) = (own[3 + i] + turned[i], own[9 + i] - turned[i]);
+        }
+    }
+    out
+}
+
+/// The sum of some columns of `c` with their factors.
+#[inline]
+fn combination<const N: usize, const TERMS: usize>(
+    terms: [(f64, usize); TERMS],
+    c: &SMatrix<f64, N, FORMS>,
+) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (factor, k) in terms {
+        for (sum, own) in sum.iter_mut().zip(&c.data.0[k]) {
+            *sum += factor * own;
+        }
+    }
+    sum
+}
+
+/// `Σ_k c_k B_k` with `𝔹_k = B_k ⊗ I_3`.
+#[must_use]
+pub fn weighted_matrix(c: &Forms, length: f64) -> SMatrix<f64, 8, 8> {
+    let of_mean = Strain::from_fn(|i, _| if i < 3 { c[i] } else { length * c[i] });
+    let mut B = strain::weighted_matrix(&of_mean, length);
+    for director in 1..4 {
+        let (a, b) = (director, 4 + director);
+        B[(a, a)] += 0.25 * c[6];
+        B[(b, b)] += 0.25 * c[6];
+        B[(a, b)] -= 0.25 * c[6];
+        B[(b, a)] -= 0.25 * c[6];
+    }
+    B
+}

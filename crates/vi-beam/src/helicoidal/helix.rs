@@ -1,0 +1,174 @@
+//! The constant strain of the helix between two nodes.
+#![allow(non_snake_case)] // G, K, C, S, R
+
+use super::forms::{Bends, Forms, Slopes};
+use crate::strain::Strain;
+use nalgebra::{Matrix3, Vector3, Vector6};
+use vi_core::Number;
+
+/// `c_1, c_2, …` of `f = Σ c_j s^j`: `c_0 = 1`, `c_{j+1} = c_j (2j + 2)/(2j + 3)`.
+const SERIES: [f64; 20] = {
+    let (mut c, mut last, mut j) = ([0.0; 20], 1.0, 0);
+    while j < c.len() {
+        last *= (2 * j + 2) as f64 / (2 * j + 3) as f64;
+        c[j] = last;
+        j += 1;
+    }
+    c
+};
+
+/// `c_j (j + 1)` of `c_{j+1}`: the series of a derivative.
+const fn derivative(c: [f64; 20]) -> [f64; 20] {
+    let (mut out, mut j) = ([0.0; 20], 0);
+    while j + 1 < c.len() {
+        out[j] = (j + 1) as f64 * c[j + 1];
+        j += 1;
+    }
+    out
+}
+
+/// Of `k` and two derivatives.
+static GAP: [[f64; 20]; 3] = [SERIES, derivative(SERIES), derivative(derivative(SERIES))];
+
+/// Where `k` is a series of so many terms, an even number.
+fn terms(s: f64) -> Option<usize> {
+    match s {
+        0.05.. => None,
+        0.01.. => Some(SERIES.len()),
+        0.001.. => Some(12),
+        _ => Some(8),
+    }
+}
+
+/// `Σ c_j s^j`, even and odd powers apart: two short chains of operations.
+#[inline]
+fn series(c: &[f64], s: f64) -> f64 {
+    let square = s * s;
+    let (mut even, mut odd) = (0.0, 0.0);
+    for c in c.as_chunks::<2>().0.iter().rev() {
+        (even, odd) = (even * square + c[0], odd * square + c[1]);
+    }
+    even + s * odd
+}
+
+/// `k = (f − 1)/s`; `f = 1 + s k`.
+pub(super) fn gap(s: f64) -> f64 {
+    match terms(s) {
+        Some(terms) => series(&GAP[0][..terms], s),
+        None => (libm::asin(s.sqrt()) / (s * (1.0 - s)).sqrt() - 1.0) / s,
+    }
+}
+
+/// `k` and two derivatives.
+fn gap_with_slopes(s: f64) -> [f64; 3] {
+    if let Some(terms) = terms(s) {
+        return std::array::from_fn(|k| series(&GAP[k][..terms], s));
+    }
+    let (k, less, twice) = (gap(s), 1.0 - 2.0 * s, 2.0 * s * (1.0 - s));
+    let f = 1.0 + s * k;
+    let first = (1.0 - less * f) / twice;
+    let second = (2.0 * f - 3.0 * less * first) / twice;
+    let slope = (first - k) / s;
+    [k, slope, (second - 2.0 * slope) / s]
+}
+
+/// `(G, K)` of `y` with `f` and `b`.
+#[inline]
+pub(super) fn helix(y: &Forms, [f, b]: [f64; 2], length: f64) -> Strain {
+    let (g, a) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
+    join(&(f * g - b * a.dot(&g) * a), &(f / length * a))
+}
+
+/// `(G, K)` with what their derivatives need.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Helix {
+    g: Vector3<f64>,
+    a: Vector3<f64>,
+    f: [f64; 3], // and two derivatives
+    b: [f64; 3],
+    pub(super) xi: Strain, // (G, K)
+}
+
+impl Helix {
+    #[inline]
+    pub(super) fn at(y: &Forms, length: f64) -> Self {
+        let [k, k1, k2] = gap_with_slopes(y[6]);
+        let (s, less) = (y[6], 1.0 - y[6]);
+        let w = 0.25 / less;
+        let f = [1.0 + s * k, k + s * k1, 2.0 * k1 + s * k2];
+        let b = [
+            0.25 * k / less,
+            k1 * w + 4.0 * k * w * w,
+            k2 * w + 8.0 * k1 * w * w + 32.0 * k * w * w * w,
+        ];
+        let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
+        Self { g, a, f, b, xi: helix(y, [f[0], b[0]], length) }
+    }
+
+    /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` of a derivative by `s`.
+    #[inline]
+    fn product(&self, n: &Strain, order: usize, length: f64) -> (f64, Vector3<f64>, Vector3<f64>) {
+        let (Self { g, a, .. }, f, b) = (self, self.f[order], self.b[order]);
+        let (N, M) = split(n);
+        let (along, of_a) = (a.dot(g), N.dot(a));
+        let by_g = f * N - (b * of_a) * a;
+        let by_a = (f / length) * M - b * (along * N + of_a * g);
+        (by_g.dot(g) + (f / length) * M.dot(a), by_g, by_a)
+    }
+
+    /// `∂(G, K)/∂y`.
+    #[inline]
+    pub(super) fn slopes(&self, length: f64) -> Slopes {
+        let Self { g, a, f, b, .. } = self;
+        let along = a.dot(g);
+        let mut out = Slopes::zeros();
+        for j in 0..3 {
+            for i in 0..3 {
+                out[(i, j)] = -b[0] * a[i] * a[j];
+                out[(i, 3 + j)] = -b[0] * a[i] * g[j];
+            }
+            out[(j, j)] += f[0];
+            out[(j, 3 + j)] -= b[0] * along;
+            out[(3 + j, 3 + j)] = f[0] / length;
+            out[(j, 6)] = f[1] * g[j] - b[1] * along * a[j];
+            out[(3 + j, 6)] = f[1] / length * a[j];
+        }
+        out
+    }
+
+    /// `Σ n_i ∂(G, K)_i/∂y`.
+    #[inline]
+    pub(super) fn pull_back(&self, n: &Strain, length: f64) -> Forms {
+        let (_, by_g, by_a) = self.product(n, 0, length);
+        let (by_s, ..) = self.product(n, 1, length);
+        Forms::from([by_g[0], by_g[1], by_g[2], by_a[0], by_a[1], by_a[2], by_s])
+    }
+
+    /// `Σ n_i ∂²(G, K)_i/∂y∂y`.
+    pub(super) fn bends(&self, n: &Strain, length: f64) -> Bends {
+        let Self { g, a, b, .. } = self;
+        let (N, _) = split(n);
+        let mut out = Bends::zeros();
+        let mut set = |i: usize, j: usize, block: Matrix3<f64>| {
+            out.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
+            out.fixed_view_mut::<3, 3>(j, i).copy_from(&block.transpose());
+        };
+        set(0, 3, -b[0] * (a * N.transpose() + N.dot(a) * Matrix3::identity()));
+        set(3, 3, -b[0] * (N * g.transpose() + g * N.transpose()));
+        let (_, by_g, by_a) = self.product(n, 1, length);
+        for i in 0..3 {
+            (out[(i, 6)], out[(6, i)]) = (by_g[i], by_g[i]);
+            (out[(3 + i, 6)], out[(6, 3 + i)]) = (by_a[i], by_a[i]);
+        }
+        (out[(6, 6)], ..) = self.product(n, 2, length);
+        out
+    }
+}
+
+pub(crate) fn join<T: Number>(G: &Vector3<T>, K: &Vector3<T>) -> Vector6<T> {
+    Vector6::new(G[0], G[1], G[2], K[0], K[1], K[2])
+}
+
+pub(crate) fn split<T: Number>(strain: &Vector6<T>) -> (Vector3<T>, Vector3<T>) {
+    (strain.fixed_rows::<3>(0).into(), strain.fixed_rows::<3>(3).into())
+}
