@@ -11,6 +11,7 @@ mod markdown;
 mod text;
 
 use serde_json::{Map, Value};
+use std::sync::LazyLock;
 
 use super::Model;
 use crate::text::sections::{LISTS, PARAMETERS, TABLES};
@@ -93,6 +94,12 @@ const EXAMPLES: [(&str, &str); 25] = examples![
     "identify"
 ];
 
+/// All of them, read once.
+static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
+    let schema = Model::schema();
+    EXAMPLES.map(|own| Section::read(&schema, own)).into()
+});
+
 impl Section {
     /// The names of all sections, in the order of the guide.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -101,12 +108,14 @@ impl Section {
 
     /// The section of this name.
     #[must_use]
-    pub fn of(name: &str) -> Option<Self> {
-        let (name, example) = EXAMPLES.into_iter().find(|(known, _)| *known == name)?;
-        let schema = Model::schema();
+    pub fn of(name: &str) -> Option<&'static Self> {
+        SECTIONS.iter().find(|section| section.name == name)
+    }
+
+    fn read(schema: &Value, (name, example): (&'static str, &'static str)) -> Self {
         let property = &schema["properties"][name];
         let root = if LISTS.contains(&name) { &property["items"] } else { property };
-        let mut reader = Reader { schema: &schema, waiting: Vec::new() };
+        let mut reader = Reader { schema, waiting: Vec::new() };
         let mut tables = vec![reader.table(Vec::new(), reader.resolve(root))];
         let mut read = 0;
         while let Some((definition, keys)) = reader.waiting.get(read).cloned() {
@@ -118,7 +127,7 @@ impl Section {
         for (table, (_, keys)) in tables.iter_mut().skip(1).zip(reader.waiting) {
             table.of = keys;
         }
-        Some(Self { name, tables, example })
+        Self { name, tables, example }
     }
 
     /// The type in words of a key of this name, where all of the section's keys of this name have
@@ -131,9 +140,9 @@ impl Section {
     }
 
     /// The only section with a key of this name.
-    pub(crate) fn with_key(key: &str) -> Option<Self> {
-        let has = |section: &Self| section.tables[0].rows.iter().any(|row| row.name == key);
-        let mut having = Self::names().filter_map(Self::of).filter(has);
+    pub(crate) fn with_key(key: &str) -> Option<&'static Self> {
+        let has = |section: &&Self| section.tables[0].rows.iter().any(|row| row.name == key);
+        let mut having = SECTIONS.iter().filter(has);
         having.next().filter(|_| having.next().is_none())
     }
 
