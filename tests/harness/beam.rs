@@ -4,7 +4,7 @@ use super::case::{BodyCase, Deviation, Runs, Tolerance};
 use super::rigid::drive;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use vi_beam::element::Elements;
+use vi_beam::elements::Elements;
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
 use vi_constraints::node::Node;

@@ -148,7 +148,7 @@ impl AtStart<'_> {
 mod tests {
     use crate::averaged::{AveragedStrains, MASS_SCALING};
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use nalgebra::DMatrix;
     use vi_core::interval::Interval;
     use vi_core::potential::DiscretePotential;

@@ -58,7 +58,8 @@
 #![allow(non_snake_case)] // U_d, A, C
 
 use crate::at_start::{AtStart, OF_START};
-use crate::element::{Element, Elements, StrainLaw, without_extension};
+use crate::element::{Element, StrainLaw, without_extension};
+use crate::elements::Elements;
 use crate::small::{re, times};
 use crate::strain::Strain;
 use nalgebra::{Matrix6, Vector6};
@@ -516,7 +517,7 @@ impl DiscretePotential for AveragedStrains {
 mod tests {
     use super::*;
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use nalgebra::{DMatrix, Vector3};
     use vi_core::potential::Midpoint;
     use vi_rigid::{directors, rotation};

@@ -14,7 +14,8 @@
 //! Source: theory §6.16.
 #![allow(non_snake_case)] // K, S, L
 
-use crate::element::{Element, ElementKind, Elements};
+use crate::element::{Element, ElementKind};
+use crate::elements::Elements;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};
 
@@ -71,7 +72,7 @@ fn coupling(angle: &Vector3<f64>, section: &Section) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use crate::strain::Strain;
     use vi_testkit::Sample;
 

@@ -27,7 +27,7 @@
 #![allow(non_snake_case)] // C, V
 
 use crate::averaged::{MASS_SCALING, scaling};
-use crate::element::Elements;
+use crate::elements::Elements;
 use crate::strained::Strained;
 use nalgebra::{Matrix6, Vector6};
 use vi_core::force::{DiscreteForce, Force, NoTimeSlope, Source};
@@ -236,7 +236,7 @@ impl Force for StrainDamping {
 pub(crate) mod tests {
     use super::*;
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use nalgebra::{DMatrix, DVector, Vector3};
     use vi_core::SparseMatrix;
     use vi_testkit::{Sample, slope_error};

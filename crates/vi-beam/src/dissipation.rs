@@ -35,7 +35,7 @@
 //! resistance); M. C. Smith, IEEE Trans. Autom. Control 47 (2002) 1648–1662 (inertance).
 #![allow(non_snake_case)] // C, A, B
 
-use crate::element::Elements;
+use crate::elements::Elements;
 use crate::model::BeamElements;
 use crate::strain::{STRAINS, Strain};
 use crate::strained::Strained;
@@ -282,7 +282,7 @@ mod tests {
     use super::*;
     use crate::damping::tests::{of, resultant};
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use nalgebra::{DMatrix, DVector};
     use vi_testkit::{Sample, slope_error};
 

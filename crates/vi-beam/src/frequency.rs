@@ -11,7 +11,8 @@
 //! Mech. (1971).
 #![allow(non_snake_case)] // K, M, P, L
 
-use crate::element::{ElementKind, Elements};
+use crate::element::ElementKind;
+use crate::elements::Elements;
 use crate::mass_kind::MassKind;
 use crate::model::{Beam, BeamElements};
 use crate::section::Section;

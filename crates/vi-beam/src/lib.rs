@@ -44,6 +44,7 @@ pub mod damping;
 pub mod design;
 pub mod dissipation;
 pub mod element;
+pub mod elements;
 mod following;
 pub mod frequency;
 pub mod helicoidal;
@@ -71,7 +72,8 @@ pub use vi_core;
 pub use vi_multibody;
 pub use vi_rigid;
 
-pub use element::{Element, ElementKind, Elements};
+pub use element::{Element, ElementKind};
+pub use elements::Elements;
 pub use mass_kind::MassKind;
 pub use mesh::{FrameRule, Mesh};
 pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};

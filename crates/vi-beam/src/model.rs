@@ -4,7 +4,8 @@
 //! add their mass and energy on top. A clamp is a fixed joint to the ground; a rigid corner is a
 //! fixed joint between two coincident nodes. A loop closed only through elements is a tree for `P`.
 
-use crate::element::{Element, ElementError, Elements};
+use crate::element::{Element, ElementError};
+use crate::elements::Elements;
 use crate::mesh::Mesh;
 use crate::section::Section;
 use nalgebra::{Matrix3, Vector3};

@@ -12,7 +12,8 @@
 
 #![allow(non_snake_case)] // C
 
-use crate::element::{Element, Elements};
+use crate::element::Element;
+use crate::elements::Elements;
 use crate::small::inverse;
 use crate::strain::{ElementCoordinates, Strain};
 use nalgebra::{Matrix6, Vector3, Vector6};
@@ -118,7 +119,7 @@ mod tests {
     use super::*;
     use crate::averaged::{AveragedStrains, MASS_SCALING};
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use nalgebra::DMatrix;
     use vi_core::interval::Interval;
     use vi_core::potential::{DiscretePotential, Potential};

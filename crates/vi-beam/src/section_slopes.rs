@@ -167,7 +167,7 @@ fn acting<'a>(
 mod tests {
     use super::*;
     use crate::element::ElementKind;
-    use crate::element::tests::{near_frames, random_elements, with_strains};
+    use crate::elements::tests::{near_frames, random_elements, with_strains};
     use crate::model::Beam;
     use vi_rigid::load::Load;
     use vi_rigid::time_history::TimeHistory;

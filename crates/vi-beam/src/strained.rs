@@ -1,7 +1,8 @@
 //! What is strained and damped: an element with its section.
 #![allow(non_snake_case)] // K
 
-use crate::element::{Element, Elements};
+use crate::element::Element;
+use crate::elements::Elements;
 use crate::section::Section;
 use crate::strain::Strain;
 use nalgebra::Matrix6;

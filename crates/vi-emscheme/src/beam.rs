@@ -17,7 +17,8 @@
 #![allow(non_snake_case)] // C, K
 
 use crate::discrete_gradient::DiscreteGradient;
-use vi_beam::element::{Element, Elements};
+use vi_beam::element::Element;
+use vi_beam::elements::Elements;
 use vi_beam::nalgebra::Matrix6;
 use vi_beam::strain::Strain;
 use vi_core::Configuration;

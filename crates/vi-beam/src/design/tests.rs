@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::damping::StrainDamping;
-use crate::element::Elements;
-use crate::element::tests::near_frames;
+use crate::elements::Elements;
+use crate::elements::tests::near_frames;
 use crate::frequency::slowness;
 use nalgebra::{DVector, Vector3};
 use vi_core::Number;
