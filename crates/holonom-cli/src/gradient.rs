@@ -87,8 +87,11 @@ fn failure(error: Option<GradientFailure>) -> Failure {
 /// The derivatives, kind by kind.
 pub(crate) fn table(found: &ModelGradient) -> String {
     let steps = found.steps;
-    let mut text =
-        format!("{}: gradient over {steps} steps of {} s\n", found.model, rounded(found.step, 9));
+    let of = match &found.equilibrium {
+        Some(own) => format!("at the equilibrium at t = {}", rounded(own.t, 9)),
+        None => format!("over {steps} steps of {} s", rounded(found.step, 9)),
+    };
+    let mut text = format!("{}: gradient {of}\n", found.model);
     let number = |x: f64| format!("{:>17}", rounded(x, 10));
     let _ = writeln!(text, "  {:30} {}", "objective", number(found.value));
     for term in found.terms.iter().filter(|_| found.terms.len() > 1) {

@@ -14,6 +14,9 @@ pub fn optimum_counts(found: &OptimumReport) -> String {
         (0, parameters) => counted(parameters, "parameter"),
         (controls, _) => counted(controls, "control"),
     };
+    if found.steps == 0 {
+        return format!("optimum of {free} at the equilibrium at t = {}", rounded(found.time, 9));
+    }
     format!("optimum of {free} over {} steps of {} s", found.steps, rounded(found.step, 9))
 }
 

@@ -25,6 +25,7 @@ use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::law::{self, Laws};
+use crate::system::outside::Outside;
 use crate::system::{self, System};
 
 use holonom_model::{Bifurcation, Columns, History, Model, ModelError, Scheme, Settings};
@@ -47,6 +48,9 @@ use vi_statics::{
 const STEPS: f64 = 10.0;
 /// Largest number of equilibria of a continuation by arc length.
 const MOST: usize = 2000;
+/// What is done where there are no equilibria.
+const MOTION: &str =
+    "integrate the motion with `holonom run`, or take its modes by `holonom modes --at motion`";
 
 /// A model in search of its equilibria.
 #[derive(Debug)]
@@ -141,18 +145,27 @@ impl Statics {
     /// # Errors
     /// [`ModelError`].
     pub fn with_loads_as_stated(model: &Model) -> Result<Self, ModelError> {
-        refuse_rolling(
-            model,
-            "integrate the motion with `holonom run`, or take its modes by `holonom modes --at motion`",
-        )?;
+        refuse_rolling(model, MOTION)?;
         refuse_integrals(model)?;
         Self::assembled(model)
     }
 
+    /// Of a model of statics along its loads, with what acts on it from outside.
+    pub(crate) fn with_outside(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+        let model = &growing(model);
+        refuse_rolling(model, MOTION)?;
+        refuse_integrals(model)?;
+        Self::assembled_with(model, outside)
+    }
+
     /// The same of any model, also of one that has no equilibria.
     fn assembled(model: &Model) -> Result<Self, ModelError> {
-        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws } =
-            system::build(model)?;
+        Self::assembled_with(model, &Outside::default())
+    }
+
+    fn assembled_with(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws, .. } =
+            system::build_with(model, outside)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
         let nearly = Loops::find(&mechanism, 0.0, &q).ok();
@@ -665,7 +678,7 @@ impl Experiment for Statics {
 }
 
 /// The model with loads that grow where they have no history.
-fn growing(model: &Model) -> Model {
+pub(crate) fn growing(model: &Model) -> Model {
     let mut model = model.clone();
     let end = model.settings.end;
     let loads = model.loads.iter_mut().map(|load| &mut load.history);

@@ -35,9 +35,12 @@ pub(crate) struct Sizes {
 /// Pieces of equal length, level by level: the number of steps of a piece, from the whole run to
 /// what is recorded at once.
 pub(crate) fn levels(of: Checkpoints, steps: usize, sizes: Sizes) -> Vec<usize> {
+    if steps == 0 {
+        return vec![0];
+    }
     match of {
         Checkpoints::All => vec![steps],
-        Checkpoints::Every(piece) => vec![steps, piece.clamp(1, steps.max(1))],
+        Checkpoints::Every(piece) => vec![steps, piece.clamp(1, steps)],
         Checkpoints::Memory(bytes) => {
             let all = bytes / sizes.step.max(1);
             if steps <= all {
@@ -71,6 +74,7 @@ mod tests {
         let sizes = Sizes { state: 3000, step: 1000 };
         assert_eq!(levels(Checkpoints::All, 50, sizes), [50]);
         assert_eq!(levels(Checkpoints::Every(7), 50, sizes), [50, 7]);
+        assert_eq!(levels(Checkpoints::Every(7), 0, sizes), [0]);
         assert_eq!(levels(Checkpoints::Memory(50_000), 50, sizes), [50]);
         for (bytes, steps) in [(40_000, 50), (20_000, 1000), (9_000, 5000), (10, 33)] {
             let levels = levels(Checkpoints::Memory(bytes), steps, sizes);

@@ -236,9 +236,6 @@ impl Gradient {
             first: true,
         };
         sweep.piece(run, 0..task.steps, &levels)?;
-        if task.steps == 0 {
-            sweep.end(run)?;
-        }
         let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
         if !found.value.is_finite() || costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);

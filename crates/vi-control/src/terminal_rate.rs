@@ -34,6 +34,8 @@ pub struct Level {
     pub system: Arc<SeparableSystem>,
     /// How its forces change with parameters, where there are any.
     pub design: Option<Arc<dyn Design + Send + Sync>>,
+    /// Whether the nodes are equilibria: nothing moves or accelerates.
+    pub rests: bool,
 }
 
 impl std::fmt::Debug for Level {
@@ -175,7 +177,10 @@ impl NodeReader {
         let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
         velocity.find(&mechanism, mass.at_node(), state)?;
         let level = level.map(|level| {
-            let mut own = NodeAcceleration::new(&mechanism, rows, tangents)?;
+            let mut own = match level.rests {
+                true => NodeAcceleration::at_rest(&mechanism, rows, tangents)?,
+                false => NodeAcceleration::new(&mechanism, rows, tangents)?,
+            };
             own.find(&mechanism, &*level.system, state)?;
             Ok::<_, RateError>((level, Mutex::new(own)))
         });

@@ -210,6 +210,12 @@ impl StaticProblem {
         &self.work.s.q0
     }
 
+    /// Its angles with their revolutions, rad.
+    #[must_use]
+    pub fn angles(&self) -> &[f64] {
+        &self.work.s.angles
+    }
+
     /// Load parameter of the last equilibrium.
     #[must_use]
     pub fn factor(&self) -> f64 {

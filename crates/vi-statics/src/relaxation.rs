@@ -73,7 +73,9 @@ impl StaticProblem {
         norm_inf(&g) <= AT_REST
     }
 
-    pub(crate) fn is_neutral_here(&mut self) -> bool {
+    /// Whether some direction has no stiffness at the last equilibrium: as at a limit point, at a
+    /// bifurcation point, or where nothing holds it.
+    pub fn is_neutral_here(&mut self) -> bool {
         let d = self.work.unknowns();
         self.x[..d].fill(0.0);
         self.x[d..].copy_from_slice(&self.mu);

@@ -16,7 +16,7 @@ use super::start::is_ground;
 use crate::text::tangents::ParameterTangent;
 use crate::types::orientation::{Orientation, Turning, orthonormal, rotation_of};
 use crate::types::reference_frame::MovingFrame;
-use crate::{Joint, Model};
+use crate::{Bushing, Joint, Model};
 
 /// The derivatives of the numbers of a model by a parameter, each taken by who reads the number.
 #[derive(Debug)]
@@ -204,6 +204,15 @@ impl<'a> Placements<'a> {
         let angle =
             |(i, angle): (usize, &f64)| slopes.number(&format!("{key}.euler.{part}.{i}"), *angle);
         euler.rotation_by(&angles.iter().enumerate().map(angle).collect::<Vec<_>>())
+    }
+
+    /// Place (m) and axes (columns) of a bushing at the start, in space.
+    #[must_use]
+    pub fn bushing(&self, bushing: &Bushing) -> (Vector3<Dual64>, Matrix3<Dual64>) {
+        let key = format!("bushing.{}", bushing.name);
+        let base = self.base(bushing.relative_to.as_deref());
+        let at = self.slopes.vector(&format!("{key}.position"), bushing.position);
+        (base.point(at), base.rotation * self.rotation(&key, &bushing.orientation()))
     }
 
     /// A point, m: of a body or a node by its components, of the ground in the frame of

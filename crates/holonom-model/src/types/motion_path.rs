@@ -131,7 +131,7 @@ impl MotionPath {
         self.with_numbers(&mut |_, value| value)
     }
 
-    /// The same of numbers that are taken by their keys, all but the times of its table.
+    /// The same of numbers that are taken by their keys.
     pub fn with_numbers<T: Number>(
         &self,
         number: &mut dyn FnMut(&str, f64) -> T,
@@ -149,10 +149,11 @@ impl MotionPath {
             Move { start: at("start", part.start), end: at("end", part.end), by: at("by", part.by) }
         });
         let moves: Vec<Move<T>> = moves.collect();
-        let spline = self.table.as_ref().map(PathTable::spline);
+        let mut at = |key: &str, value| number(&format!("table.{key}"), value);
+        let spline = self.table.as_ref().map(|table| table.spline(&mut at));
         move |t| {
             let parts = moves.iter().map(|part| part.at(t));
-            let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t).map(T::of)));
+            let parts = parts.chain(spline.as_ref().map(|spline| spline.at(t)));
             parts.fold(own.at(t), |sum, part| std::array::from_fn(|i| sum[i] + part[i]))
         }
     }
@@ -204,9 +205,14 @@ impl<T: Number> Elementary<T> {
 }
 
 impl PathTable {
-    fn spline(&self) -> Hermite {
-        let points = self.times.iter().zip(&self.values).map(|(t, x)| [*t, *x]);
-        Hermite::spline(points, Ends::Clamped(self.rates))
+    fn spline<T: Number>(&self, number: &mut dyn FnMut(&str, f64) -> T) -> Hermite<T> {
+        let each = self.times.iter().zip(&self.values).enumerate();
+        let mut points = Vec::with_capacity(self.times.len());
+        for (k, (t, x)) in each {
+            points.push([number(&format!("times.{k}"), *t), number(&format!("values.{k}"), *x)]);
+        }
+        let rates = [0, 1].map(|k| number(&format!("rates.{k}"), self.rates[k]));
+        Hermite::spline(points.into_iter(), Ends::Clamped(rates))
     }
 }
 

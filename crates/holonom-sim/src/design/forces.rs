@@ -185,7 +185,7 @@ impl Chain<'_> {
         Ok(Some(History::Function(TimeFunction::new(move |t| own.value(t).eps))))
     }
 
-    /// How a path changes: by its expression or by its numbers, of a table by none.
+    /// How a path changes: by its expression or by its numbers.
     pub(super) fn path_change(
         &self,
         key: &str,

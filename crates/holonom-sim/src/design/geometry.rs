@@ -61,7 +61,7 @@ impl Chain<'_> {
     }
 
     /// A side of a joint with its derivative.
-    fn side(
+    pub(super) fn side(
         &self,
         frame: FrameId,
         point: &Vector3<Dual64>,
@@ -314,9 +314,17 @@ impl Chain<'_> {
                 | Constraint::PointOnPlane { parent, child, position, axis, relative_to, .. } => {
                     self.guide(&key, [parent, child], (*position, *axis), relative_to.as_deref())?
                 }
-                Constraint::Motion { path, .. } => self
-                    .path_change(&format!("{key}.path"), path)?
-                    .map(|path| ScalarTangent::Motion(std::sync::Arc::new(path))),
+                Constraint::Motion { path, .. } => {
+                    let change = self.path_change(&format!("{key}.path"), path)?;
+                    let held = if self.system.stands { 0.0 } else { 1.0 };
+                    change.map(|path| {
+                        let path = move |t| {
+                            let [value, rate, acceleration] = path(t);
+                            [value, held * rate, held * acceleration]
+                        };
+                        ScalarTangent::Motion(std::sync::Arc::new(path))
+                    })
+                }
                 _ => None,
             };
             if let Some(change) = change {

@@ -10,6 +10,7 @@
 //! changes has a tensor that is not diagonal in them.
 
 mod beams;
+mod bushings;
 mod contacts;
 mod forces;
 mod formulas;
@@ -35,7 +36,7 @@ use vi_core::SparseMatrix;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::contact::compliant_contact::CompliantLaw;
-use vi_multibody::design::{EffortTangent, MechanismDesign, MechanismTangent};
+use vi_multibody::design::{EffortTangent, MechanismDesign, MechanismTangent, MovedFrames};
 use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
 
@@ -66,6 +67,8 @@ pub struct ModelTangent {
     pub drives: Vec<(usize, &'static str, EffortTangent)>,
     /// Laws and bushings that change, their expressions replaced by derivatives.
     pub acting: ForceElements,
+    /// Bushings whose frames move, by name.
+    pub(crate) bushings: Vec<(String, MovedFrames)>,
     /// Elements of beams.
     pub(crate) elements: Option<Arc<ElementsTangent>>,
     /// Laws of compliant contacts, by their places among the contacts of the system.
@@ -217,6 +220,7 @@ impl Chain<'_> {
         self.bars(&mut found.numbers);
         self.constraints(&mut found.numbers)?;
         self.forces(&mut found)?;
+        self.bushing_frames(&mut found)?;
         self.contacts(&mut found)?;
         self.beams(&mut found)?;
         self.expressions(&mut found)?;
@@ -290,10 +294,6 @@ impl Chain<'_> {
     /// in space, or with their frames.
     fn fixed_in_space(&self) -> Result<(), ModelError> {
         let stated = self.stated;
-        let bushings = stated.bushings.iter().map(|own| {
-            let bodies = vec![&own.from, &own.to];
-            (format!("bushing.{}", own.name), bodies, &own.relative_to)
-        });
         let carried = stated.constraints.iter().filter_map(|own| match own {
             Constraint::Rolling { name, body, relative_to, .. }
             | Constraint::Blade { name, body, relative_to, .. } => {
@@ -312,7 +312,7 @@ impl Chain<'_> {
         let on_particles = stated.controls.iter().filter(|own| self.is_on_particle(own));
         let controls =
             on_particles.map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
-        let parts = bushings.chain(carried).chain(laws).chain(beams).chain(controls);
+        let parts = carried.chain(laws).chain(beams).chain(controls);
         for (key, bodies, relative_to) in parts {
             let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
             if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {

@@ -43,6 +43,11 @@ impl StartOf<'_> {
             let what = format!("the derivative by `{name}` of a relaxed start {what}");
             Err(refused("simulation.start", what, format!("{help}, or {LEAVE_OUT}")))
         };
+        if matches!(self.how, How::Standing { neutral: true }) {
+            let what = format!("the derivative by `{name}` of an equilibrium without stiffness");
+            let help = "end the loads before or beyond the limit or bifurcation point, or hold what nothing else holds";
+            return Err(refused("simulation.end", what, help));
+        }
         if matches!(self.how, How::Relaxed { neutral: true, .. }) {
             return refuse(
                 "that is in equilibrium in other places as well",
@@ -54,13 +59,13 @@ impl StartOf<'_> {
         }
         let mut equilibrium = Equilibrium::new(self, run).map_err(|Singular| {
             let what = format!("the derivative by `{name}` of a singular equilibrium");
-            refused("simulation.start", what, LEAVE_OUT)
+            refused(self.key_of_equilibrium(), what, LEAVE_OUT)
         })?;
         let change = |(k, own): (usize, &ModelTangent)| {
             let q = equilibrium.change(self, design, k);
             let q = q.map_err(|Singular| {
                 let what = format!("the derivative by `{}` of a singular equilibrium", own.name);
-                refused("simulation.start", what, LEAVE_OUT)
+                refused(self.key_of_equilibrium(), what, LEAVE_OUT)
             })?;
             let still = vec![0.0; q.len()];
             let [open, _] = self.opened(own, [&q, &still])?;
@@ -71,6 +76,16 @@ impl StartOf<'_> {
             Ok(StartTangent { q, v: still.clone(), p: still })
         };
         tangents.iter().enumerate().map(change).collect()
+    }
+}
+
+impl StartOf<'_> {
+    /// The key that leads to the equilibrium.
+    fn key_of_equilibrium(&self) -> &'static str {
+        match self.how {
+            How::Standing { .. } => "simulation.end",
+            _ => "simulation.start",
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! V_θ at fixed q: ½ k_θ (x − x_0)² + k (x − x_0)(x_θ − x_0θ) of a spring
+//!                 V_θ + ∇V·δq of a bushing, whose frames move
 //! ```
 
 use super::ModelTangent;
@@ -9,7 +10,7 @@ use crate::system::works::Stored;
 use vi_core::Configuration;
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
-use vi_multibody::design::{EffortTangent, MovedCoordinate};
+use vi_multibody::design::{EffortTangent, MovedCoordinate, MovedSixSpring};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
 
@@ -53,10 +54,18 @@ pub(crate) fn by_parameter(
             };
             Some(Box::new(move |at| dual.energy(at.q).eps))
         }
-        Stored::Bushing(_) => {
-            let own = tangent.acting.bushings.iter().find(|own| own.name == force)?;
-            let own = own.spring.clone(); // linear in its numbers
-            Some(Box::new(move |at| DiscretePotential::potential(&own, at)))
+        Stored::Bushing(spring) => {
+            let own = tangent.acting.bushings.iter().find(|own| own.name == force);
+            let own = own.map(|own| own.spring.clone()); // linear in its numbers
+            let moved = tangent.bushings.iter().find(|own| own.0 == force);
+            let moved = moved.map(|own| MovedSixSpring::new((**spring).clone(), own.1.clone()));
+            if own.is_none() && moved.is_none() {
+                return None;
+            }
+            Some(Box::new(move |at| {
+                let by_numbers = own.as_ref().map_or(0.0, |own| own.potential(at));
+                by_numbers + moved.as_ref().map_or(0.0, |own| own.energy(at))
+            }))
         }
     }
 }

@@ -160,8 +160,8 @@ fn forward(text: &str) -> Vec<(String, f64)> {
     let model = text.model(&[]).unwrap();
     let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
     let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
-    prepared.depend(&model, &[], &tangents).unwrap();
-    let begin = Begin::new(&model, &mut prepared).unwrap();
+    prepared.depend(&[], &tangents).unwrap();
+    let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);
     let run = prepared.simulation.integrator();

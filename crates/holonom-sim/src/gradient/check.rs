@@ -126,7 +126,7 @@ impl Runs<'_> {
     /// Differences along a direction.
     fn along(
         &self,
-        gradient: &ModelGradient,
+        (gradient, value): (&ModelGradient, f64),
         by: By,
         (exact, direction): (&[f64], &[f64]),
     ) -> Result<Along, GradientFailure> {
@@ -134,14 +134,14 @@ impl Runs<'_> {
         let both = |e: f64| -> Result<[f64; 2], GradientFailure> {
             let [plus, minus] = [e, -e].map(|e| self.value(gradient, by, direction, e));
             let (plus, minus) = (plus?, minus?);
-            Ok([(plus - minus) / (2.0 * e), plus + minus - 2.0 * gradient.value])
+            Ok([(plus - minus) / (2.0 * e), plus + minus - 2.0 * value])
         };
         let ([long, bent], [short, less]) = (both(CHANGE)?, both(0.5 * CHANGE)?);
         Ok(Along {
             difference: (4.0 * short - long) / 3.0,
             derivative: parts().sum(),
             size: parts().map(f64::abs).sum(),
-            rounding: (bent - 4.0 * less).abs().max(f64::EPSILON * gradient.value.abs()),
+            rounding: (bent - 4.0 * less).abs().max(f64::EPSILON * value.abs()),
         })
     }
 
@@ -157,6 +157,9 @@ impl Runs<'_> {
     /// Compares along random directions.
     pub(super) fn compare(&self, gradient: &ModelGradient) -> Result<Vec<Check>, GradientFailure> {
         let mut checks = Vec::new();
+        let unchanged = By::Controls; // of the model as it is
+        let none = vec![0.0; gradient.controls.iter().map(|own| own.derivatives.len()).sum()];
+        let value = self.value(gradient, unchanged, &none, 0.0)?;
         let mut random = Random(20_080_131);
         let starts = |of: fn(&ByStart) -> f64| -> Vec<f64> {
             match self.start.is_empty() {
@@ -177,7 +180,7 @@ impl Runs<'_> {
             for _ in 0..DIRECTIONS {
                 let one = |k| Self::part(gradient, by, &mut random, k);
                 let direction: Vec<f64> = (0..exact.len()).map(one).collect();
-                found.push(self.along(gradient, by, (&exact, &direction))?);
+                found.push(self.along((gradient, value), by, (&exact, &direction))?);
             }
             let rounding = found.iter().map(|own| own.rounding).fold(0.0, f64::max);
             let unresolved = DRAWS * rounding / CHANGE;
@@ -211,7 +214,7 @@ impl ModelGradient {
         wanted: &Wanted,
     ) -> Result<(), GradientFailure> {
         let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
-        let begin = Begin::new(model, &mut prepared)?;
+        let begin = Begin::new(&mut prepared)?;
         let start = |own: &ByStart| {
             let joints = &prepared.system.mechanism.description().joints;
             let joint = joints.iter().find(|joint| joint.name == own.name)?;

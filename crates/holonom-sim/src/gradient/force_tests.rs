@@ -76,8 +76,8 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let (all, outside) = (Wanted::everything(), Outside::default());
     let mut prepared = Prepared::new(&model, &[], (&[], &outside)).unwrap();
     let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
-    prepared.depend(&model, &[], &tangents).unwrap();
-    let begin = Begin::new(&model, &mut prepared).unwrap();
+    prepared.depend(&[], &tangents).unwrap();
+    let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(&model, mechanism);
@@ -322,7 +322,8 @@ fn numbers_of_histories_agree_with_differences() {
     ];
     let path = "{ offset = \"= c\", rate = \"= 0.1*k\", acceleration = \"= c\", amplitude = \"= 0.02*k\", \
                 frequency = \"= 0.3*k\", phase = \"= c\", moves = [{ start = \"= 0.1*c\", \
-                end = \"= 0.03*k\", by = \"= c\" }] }";
+                end = \"= 0.03*k\", by = \"= c\" }], table = { times = [-0.1, \"= 0.3*c\", 0.6], \
+                values = [\"= 0.1*k\", \"= c\", 0.2], rates = [\"= c\", \"= 0.05*k\"] } }";
     let kinks = [
         "limits = [-0.05, 0.02]\nbumper = { stiffness = 40.0, damping = 0.05 }\n",
         "friction = { torque = 0.3, model = { type = \"stribeck\", transition_velocity = 0.5 } }\n",
@@ -412,7 +413,7 @@ fn numbers_of_signals_without_derivatives_are_refused() {
     }
 }
 
-/// A history that jumps, or a table of a path, has no derivative by its times.
+/// A history that jumps has no derivative by its times.
 #[test]
 fn times_of_jumps_are_refused() {
     let jumps = [
@@ -725,8 +726,8 @@ fn same_bits_with_checkpoints(text: &str, by_step: bool) {
         let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
         let tangents = Wanted::everything();
         let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
-        prepared.depend(&model, &[], &tangents).unwrap();
-        let begin = Begin::new(&model, &mut prepared).unwrap();
+        prepared.depend(&[], &tangents).unwrap();
+        let begin = Begin::new(&mut prepared).unwrap();
         let design =
             crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
         let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
@@ -818,7 +819,7 @@ fn second_derivatives_of_numbers_agree_with_differences() {
                 ModelText::from_text(Path::new("model.toml"), sensing(text, &sensor, part, ""));
             let model = source.model(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
             let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
-            let begin = Begin::new(&model, &mut prepared).unwrap();
+            let begin = Begin::new(&mut prepared).unwrap();
             let error = bend_error((&model, &mut prepared, &begin), part);
             println!("{part} of {}: {error:.1e}", sensor.replace('\n', " "));
             assert!(error < 1e-7, "{part} of {sensor}: {error:e}");

@@ -10,9 +10,12 @@
 mod beam_models;
 #[cfg(test)]
 mod beam_tests;
+#[cfg(test)]
+mod bushing_tests;
 mod check;
 #[cfg(test)]
 mod contact_tests;
+pub(crate) mod equilibrium;
 #[cfg(test)]
 mod expression_tests;
 #[cfg(test)]
@@ -25,6 +28,8 @@ mod objective;
 pub(crate) mod prepared;
 #[cfg(test)]
 pub(crate) mod start_tests;
+#[cfg(test)]
+mod static_tests;
 #[cfg(test)]
 mod tests;
 pub(crate) mod trial;
@@ -112,6 +117,13 @@ impl Wanted {
         }
     }
 
+    /// Of an equilibrium derivatives are by parameters alone.
+    fn of_run(&self, prepared: &Prepared) -> Self {
+        let moves = !prepared.system.stands;
+        let (controls, initial) = (self.controls && moves, self.initial && moves);
+        Self { controls, initial, ..self.clone() }
+    }
+
     fn outside(&self) -> Outside {
         Outside { start: self.start.clone(), ..Outside::default() }
     }
@@ -177,6 +189,15 @@ pub struct TermValue {
     pub value: f64,
 }
 
+/// The equilibrium at the end of a path.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Equilibrium {
+    /// Time of the loads, s.
+    pub t: f64,
+    /// Directions in which it is unstable.
+    pub unstable: usize,
+}
+
 /// The gradient of the objectives of a model.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ModelGradient {
@@ -200,6 +221,9 @@ pub struct ModelGradient {
     pub growth: f64,
     /// From which time on derivatives say nothing of the mechanism, s.
     pub meaningless_from: Option<f64>,
+    /// The equilibrium of which it is; `None` of a motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub equilibrium: Option<Equilibrium>,
     /// Comparisons with central differences.
     pub checks: Vec<Check>,
 }
@@ -208,6 +232,14 @@ impl ModelGradient {
     /// A word of warning where derivatives are meaningless.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
+        if let Some(own) = self.equilibrium.as_ref().filter(|own| own.unstable > 0) {
+            let n = own.unstable;
+            let ways = if n == 1 { "one direction" } else { &format!("{n} directions") };
+            return Some(format!(
+                "the equilibrium at t = {} s is unstable in {ways}: derivatives are exact, and no real system stays there",
+                crate::digits::rounded(own.t, 6)
+            ));
+        }
         let t = self.meaningless_from?;
         Some(format!(
             "from t = {} s on a change of the start has grown by more than 1e6: derivatives of what comes later are exact and \
@@ -253,13 +285,17 @@ pub fn gradient(
         let help = "add an [[objective]]: effort, work, time, rate or sensor";
         return Err(refused("objective", "a gradient of nothing", help).into());
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let from = model;
+    let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let own = prepared.model.clone(); // with loads as they grow
+    let model = &*own;
+    let wanted = &wanted.of_run(&prepared);
     let tangents = match wanted.parameters {
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    prepared.depend(model, &wanted.of, &tangents)?;
-    let begin = Begin::new(model, &mut prepared)?;
+    prepared.depend(&wanted.of, &tangents)?;
+    let begin = Begin::new(&mut prepared)?;
     let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
@@ -323,6 +359,8 @@ pub fn gradient(
         ByControl { name: own.name.clone(), derivatives }
     };
     let controls = if wanted.controls { &model.controls[..] } else { &[] };
+    let equilibrium = prepared.outside.still.as_ref();
+    let equilibrium = equilibrium.map(|own| Equilibrium { t: begin.t, unstable: own.unstable });
     let mut gradient = ModelGradient {
         model: model.header.name.clone(),
         steps: prepared.steps,
@@ -334,6 +372,7 @@ pub fn gradient(
         controls: controls.iter().enumerate().map(by_control).collect(),
         growth: 1.0,
         meaningless_from: None,
+        equilibrium,
         checks: Vec::new(),
     };
     if let Some(own) = gradient.parameters.iter().find(|own| !own.derivative.is_finite()) {
@@ -343,7 +382,7 @@ pub fn gradient(
         );
         return Err(refused(&format!("parameters.{}", own.name), what, LEAVE_OUT).into());
     }
-    terms(model, wanted, &mut gradient)?;
+    terms(from, wanted, &mut gradient)?;
     grow(model, wanted, (&begin, &starts, &changes), &mut gradient)?;
     Ok(gradient)
 }
@@ -373,7 +412,7 @@ pub(crate) fn independent_coordinates(
     outside: &Outside,
 ) -> Result<Vec<(String, usize)>, ModelError> {
     let mut prepared = Prepared::new(model, &[], (&[], outside))?;
-    let begin = Begin::new(model, &mut prepared)?;
+    let begin = Begin::new(&mut prepared)?;
     let mechanism = &prepared.system.mechanism;
     let chosen = begin.of(model, mechanism).coordinates()?;
     let one = |own: &TreeCoordinate| {
@@ -411,6 +450,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
         return Ok(());
     }
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let model = &*prepared.model;
     let costs: Result<Vec<Costs>, ModelError> = names
         .iter()
         .map(|name| {
@@ -432,6 +472,9 @@ fn grow(
     (begin, starts, changes): (&Begin, &start::StartDerivatives, &[StartTangent]),
     out: &mut ModelGradient,
 ) -> Result<(), GradientFailure> {
+    if out.equilibrium.is_some() {
+        return Ok(());
+    }
     let all = starts.coordinates.iter().chain(changes);
     let Some(first) = all.into_iter().find(|own| own.q.iter().any(|x| *x != 0.0)) else {
         return Ok(());

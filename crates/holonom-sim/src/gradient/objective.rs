@@ -160,7 +160,7 @@ impl Costs {
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-        let (reads, of_states) = (quantity.reads(), run.reads_states());
+        let (reads, of_states) = (quantity.reads(), run.reads_states() || system.stands);
         forces::known(&key, reads, of_states)?;
         // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
         let of_steps = reads.any() && !of_states;

@@ -1,5 +1,6 @@
 //! A run with what derivatives need: its controls, its costs, its start.
 
+use super::equilibrium::{self, AtEnd};
 use super::objective::Costs;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::stored;
@@ -12,7 +13,8 @@ use crate::system::input::Input;
 use crate::system::outside::{JointStart, Outside};
 use crate::system::works::ForceWork;
 use crate::system::{self, System};
-use holonom_model::{Control, Model, ModelError, SensorKind};
+use holonom_model::{Control, Model, ModelError, Scheme, SensorKind};
+use std::sync::Arc;
 use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
@@ -43,6 +45,8 @@ pub enum GradientFailure {
 
 /// A run with its controls and costs.
 pub(crate) struct Prepared {
+    /// That of the run: of statics with its loads as they grow.
+    pub(crate) model: Arc<Model>,
     pub(crate) simulation: Simulation,
     pub(crate) system: System,
     pub(crate) controls: Controls,
@@ -69,13 +73,19 @@ impl Prepared {
         t: f64,
     ) -> Result<Self, ModelError> {
         supported(model)?;
-        let steps = (model.settings.end / model.settings.step).round();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked by the model
-        let steps = steps as usize;
+        let is_static = model.settings.scheme == Scheme::Static;
+        let steps = if is_static { 0 } else { last_node(model) };
         let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let counted = [counted(model), start.counted.clone()].concat();
         let works = [works(model, of), start.works.clone()].concat();
-        let outside = Outside { inputs: inputs.clone(), counted, works, ..start.clone() };
+        let mut outside = Outside { inputs: inputs.clone(), counted, works, ..start.clone() };
+        let (mut model, mut t) = (Arc::new(model.clone()), t);
+        if is_static {
+            equilibrium::supported(&model, of)?;
+            let end = AtEnd::of(&model, &outside)?;
+            (model, outside, t) = (Arc::new(end.model), end.outside, end.t);
+        }
+        let (kept, model) = (model.clone(), &*model);
         let mut system = system::build_with(model, &outside)?;
         let mut forces: Vec<Box<dyn ControlForce>> = Vec::new();
         let mut rows = vec![vec![0.0; inputs.len()]; steps];
@@ -93,17 +103,17 @@ impl Prepared {
         let mut simulation = Simulation::beginning_at(model, &outside, t)?;
         let parts = (&mut system, &*simulation.integrator());
         let costs = Costs::new(model, parts, of, &[])?;
-        Ok(Self { simulation, system, controls, costs, outside, steps })
+        Ok(Self { model: kept, simulation, system, controls, costs, outside, steps })
     }
 
     /// The costs with their derivatives by parameters.
     pub(crate) fn depend(
         &mut self,
-        model: &Model,
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let parts = (&mut self.system, &*self.simulation.integrator());
+        let (model, system) = (&*self.model, &mut self.system);
+        let parts = (system, &*self.simulation.integrator());
         self.costs = Costs::new(model, parts, of, tangents)?;
         Ok(())
     }
@@ -282,11 +292,17 @@ fn works(model: &Model, of: &[String]) -> Vec<String> {
     work::forces_of(model, all_read(model, names).iter())
 }
 
+/// The number of the last node of a run; of statics that of the last step of the loads.
+pub(crate) fn last_node(model: &Model) -> usize {
+    usize::try_from(model.settings.steps()).unwrap_or(usize::MAX)
+}
+
 /// Refuses what has no derivative, by its key.
 fn supported(model: &Model) -> Result<(), ModelError> {
     let settings = &model.settings;
-    let help = "derivatives are those of the schemes constrained, dalembert, nodal and reduced";
-    if !matches!(settings.scheme.family(), holonom_model::Family::Variational(_)) {
+    let help =
+        "derivatives are those of the schemes constrained, dalembert, nodal, reduced and static";
+    if matches!(settings.scheme.family(), holonom_model::Family::EnergyMomentum(_)) {
         let what = "derivatives of this scheme";
         return Err(refused("simulation.scheme", what, help));
     }
@@ -313,8 +329,9 @@ pub(crate) struct Begin {
 }
 
 impl Begin {
-    pub(crate) fn new(model: &Model, prepared: &mut Prepared) -> Result<Self, ModelError> {
-        let Prepared { simulation, system, outside, .. } = prepared;
+    pub(crate) fn new(prepared: &mut Prepared) -> Result<Self, ModelError> {
+        let Prepared { model, simulation, system, outside, .. } = prepared;
+        let model = &**model;
         let stated = StartValues::of(model, &system.mechanism, outside)?;
         let run = simulation.integrator();
         let rows = run.rows().clone();
@@ -387,7 +404,7 @@ impl Begin {
         (design, tangents): (&MechanismDesign, &[ModelTangent]),
     ) -> Result<Vec<StartTangent>, ModelError> {
         match self.how {
-            How::Relaxed { .. } => of.of_equilibrium(run, design, tangents),
+            How::Relaxed { .. } | How::Standing { .. } => of.of_equilibrium(run, design, tangents),
             _ => tangents.iter().map(|own| of.change(own)).collect(),
         }
     }

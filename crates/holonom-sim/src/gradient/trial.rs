@@ -162,11 +162,13 @@ impl ModelTrials<'_> {
         let works = work::forces_of(&model, all_read(&model, read).iter());
         let with = (&[][..], &Outside { works, ..self.outside(theta) });
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
+        let own = prepared.model.clone();
+        let model = &*own;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
         let read =
-            |sensor: &str| self.reads.iter().any(|own| depends_on(&model, own.name(), sensor));
+            |sensor: &str| self.reads.iter().any(|own| depends_on(model, own.name(), sensor));
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
-        let from = (self.text, &overrides[..], &model);
+        let from = (self.text, &overrides[..], model);
         let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
         let place = |name: &str| self.parameters.iter().position(|own| own == name);
         tangents.sort_by_key(|own| place(&own.name));
@@ -177,15 +179,15 @@ impl ModelTrials<'_> {
             let what = format!("`{name}`, on which nothing depends");
             return Err(refused(&format!("parameters.{name}"), what, "leave it out"));
         }
-        let begin = Begin::new(&model, &mut prepared)?;
+        let begin = Begin::new(&mut prepared)?;
         let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();
         let run = prepared.simulation.integrator();
-        let (rows, of_states) = (run.rows().clone(), run.reads_states());
+        let (rows, of_states) = (run.rows().clone(), run.reads_states() || prepared.system.stands);
         let mut reads = Reads::default();
         for SensorRead { key, sensor } in &self.reads {
-            let of = named(&model, key, sensor)?;
-            let (of_run, system) = ((&model, &rows), &mut prepared.system);
+            let of = named(model, key, sensor)?;
+            let (of_run, system) = ((model, &rows), &mut prepared.system);
             quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
                 Shown::Node(own) => {
@@ -197,14 +199,14 @@ impl ModelTrials<'_> {
         }
         for (name, freedom) in &self.joints {
             let mechanism = &mut prepared.system.mechanism;
-            let own = Measured::coordinate(&model, mechanism, name, *freedom).ok_or_else(|| {
+            let own = Measured::coordinate(model, mechanism, name, *freedom).ok_or_else(|| {
                 let what = format!("`{name}`, which has no coordinate {freedom}");
                 refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
             })?;
             let own = Sensed::new(own, mechanism, name, &tangents);
             quantities.push(Measurable::Configuration(Box::new(own)));
         }
-        let of = begin.of(&model, &prepared.system.mechanism);
+        let of = begin.of(model, &prepared.system.mechanism);
         let mut directions = Vec::new();
         let (changes, given) = match self.initial.is_empty() {
             true => {
@@ -234,7 +236,7 @@ impl ModelTrials<'_> {
             true => Some(forces::level(&prepared.system, &tangents)?),
             false => None,
         };
-        let parts = (&model, &prepared.system);
+        let parts = (model, &prepared.system);
         let masses = forces::masses(parts, prepared.simulation.integrator(), level.is_some());
         let sources = NodeSources { level, masses };
         let numbers = tangents.into_iter().map(|own| own.numbers).collect();

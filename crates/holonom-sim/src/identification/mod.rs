@@ -27,7 +27,7 @@ use crate::design::{number, refused};
 use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, SensorRead, StatedStart};
 use crate::shown::reading;
 use crate::system::outside::Outside;
-use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent};
+use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent, Scheme};
 use nalgebra::DMatrix;
 use segments::{Segments, Whole};
 use std::fmt::Write;
@@ -146,6 +146,11 @@ impl<'m> Prepared<'m> {
             let help = "add [identify] with parameters = { NAME = { start = … } }";
             return Err(refused("identify", "an estimate of nothing", help).into());
         };
+        if model.settings.scheme == Scheme::Static {
+            let help = "integrate a motion, or let `holonom optimize` bring sensors at the last equilibrium \
+                        to targets";
+            return Err(refused("simulation.scheme", "estimates along equilibria", help).into());
+        }
         let known = text.parameter_tangents(overrides)?;
         let mut parameters = Vec::new();
         for (name, own) in &wanted.parameters {

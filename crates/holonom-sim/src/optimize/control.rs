@@ -58,7 +58,7 @@ impl<'a> ModelSetting<'a> {
     fn new(model: &'a Model, settings: &Optimize) -> Result<Self, ModelError> {
         supported(model, settings)?;
         let mut prepared = Prepared::new(model, &[], (&[], &Outside::default()))?;
-        let begin = Begin::new(model, &mut prepared)?;
+        let begin = Begin::new(&mut prepared)?;
         let mut system = system::build(model)?;
         let d = system.mechanism.tree().dof();
         let mut reader = Reader {

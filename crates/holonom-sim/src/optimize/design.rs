@@ -12,13 +12,14 @@ use super::found::{
 };
 use super::node::node;
 use crate::design::{number, refused};
-use crate::gradient::TermValue;
+use crate::gradient::prepared::last_node;
 use crate::gradient::trial::{From, ModelTrials, SensorRead};
+use crate::gradient::{TermValue, equilibrium};
 use crate::random::Random;
 use crate::shown::reading;
 use holonom_model::{
     Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText,
-    ObjectiveKind, Optimize, Override,
+    ObjectiveKind, Optimize, Override, Scheme,
 };
 use vi_control::constrained_least_squares::{
     Conditions, Design, DesignOutcome, Evaluation, minimise,
@@ -41,6 +42,9 @@ struct Rows {
 
 impl Rows {
     fn new(model: &Model) -> Result<Self, ModelError> {
+        if model.settings.scheme == Scheme::Static {
+            equilibrium::supported(model, &[])?;
+        }
         let (series, reads, objectives) = (Vec::new(), Vec::new(), Vec::new());
         let (conditions, bounds) = (Vec::new(), Vec::new());
         let mut rows = Self { series, reads, objectives, conditions, bounds, count: 0 };
@@ -123,14 +127,27 @@ impl Rows {
     }
 }
 
-/// The number of the last node.
+/// The number of the last node: of statics that of the run that stands at the last equilibrium.
 fn last_step(model: &Model) -> usize {
-    usize::try_from(model.settings.steps()).unwrap_or(usize::MAX)
+    match model.settings.scheme {
+        Scheme::Static => 0,
+        _ => last_node(model),
+    }
 }
 
 /// The nodes at which a condition holds.
 fn nodes_of(own: &Condition, model: &Model) -> Result<Vec<usize>, ModelError> {
     let last = last_step(model);
+    if model.settings.scheme == Scheme::Static {
+        let key = format!("condition.{}", own.name);
+        let sensor = own.sensor.as_deref().unwrap_or_default();
+        equilibrium::resting(model, &format!("{key}.sensor"), sensor)?;
+        if own.at != ConditionTime::Word(CountedAt::End) {
+            let what = "a condition along a path of equilibria";
+            let help = "remove `at`: a condition of statics is that of the last equilibrium";
+            return Err(refused(&format!("{key}.at"), what, help));
+        }
+    }
     Ok(match own.at {
         ConditionTime::Word(CountedAt::End) => vec![last],
         ConditionTime::Word(CountedAt::Path) => (1..=last).collect(),

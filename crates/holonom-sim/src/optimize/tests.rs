@@ -176,6 +176,71 @@ fn accelerations_are_what_a_run_shows() {
     }
 }
 
+/// An arm of length 1 on a spring in equilibrium.
+const HANGING: &str = r#"
+[model]
+name = "hanging"
+gravity = [0.0, 0.0, -10.0]
+[simulation]
+step = 0.5
+end = 1.0
+scheme = "static"
+[parameters]
+stiffness = 20.0
+mass = 1.0
+[[body]]
+name = "bob"
+mass = "= mass"
+inertia = [0.01, 0.01, 0.01]
+position = [1.0, 0.0, 0.0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "bob"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness" }
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "hinge"
+[[sensor]]
+name = "held"
+type = "reaction"
+of = "hinge"
+frame = "space"
+[[objective]]
+name = "weight"
+type = "sensor"
+sensor = "held.fz"
+target = 20.0
+[[condition]]
+name = "sag"
+sensor = "angle"
+equals = 0.3
+[optimize]
+parameters = { stiffness = { min = 1.0, max = 200.0 }, mass = { min = 0.5, max = 5.0 } }
+"#;
+
+/// The stiffness and the mass with which an arm hangs at an angle: `k φ = m g l cos φ`.
+#[test]
+fn an_equilibrium_gets_its_stiffness_and_its_mass() {
+    let found = found(HANGING, &[]).unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    let value = |name: &str| {
+        found.report.parameters.iter().find(|own| own.name == name).map(|own| own.value).unwrap()
+    };
+    let (mass, stiffness) = (value("mass"), value("stiffness"));
+    let exact = 20.0 * 0.3_f64.cos() / 0.3;
+    println!("{mass} {stiffness} {exact}");
+    assert!((mass - 2.0).abs() < 1e-8, "{mass}");
+    assert!((stiffness - exact).abs() < 1e-7 * exact, "{stiffness} for {exact}");
+    let path = HANGING.replace("equals = 0.3", "at = \"path\"\nequals = 0.3");
+    let error = super::tests::found(&path, &[]).unwrap_err().to_string();
+    assert!(error.contains("condition.sag.at") && error.contains("path of equilibria"), "{error}");
+}
+
 #[test]
 fn what_cannot_be_is_said() {
     let condition =

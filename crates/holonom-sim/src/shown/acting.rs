@@ -27,7 +27,7 @@ use vi_core::num_dual::Dual64;
 use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem as _, SeparableSystem};
 use vi_multibody::builder::{ElementForce, ForceElements, NamedForce};
-use vi_multibody::design::{EffortTangent, MovedCoordinate, SpringTangent};
+use vi_multibody::design::{EffortTangent, MovedCoordinate, MovedFrames, SpringTangent};
 use vi_multibody::form::Form;
 use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointForce, JointLaw};
 use vi_multibody::law::Input;
@@ -201,6 +201,7 @@ struct Stated {
     signals: Range<usize>,
     by: Vec<ForceElements>, // the derivatives, in the order of the parameters
     moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
+    frames: Vec<Option<MovedFrames>>, // of a bushing
 }
 
 impl Stated {
@@ -273,7 +274,7 @@ impl NodeQuantity for Stated {
             let slopes = force.law.slopes(at.t, x, rate);
             slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * moved.rate_by(at.q, v)
         });
-        own + along.unwrap_or(0.0)
+        own + along.unwrap_or(0.0) + by_frames(self, &self.frames, parameter, (at, v))
     }
 }
 
@@ -284,6 +285,7 @@ struct Supplied {
     signals: Range<usize>,
     by: Vec<ForceElements>, // the derivatives, in the order of the parameters
     moved: Vec<Option<MovedCoordinate>>, // the coordinate of a law along a joint
+    frames: Vec<Option<MovedFrames>>, // of a bushing
     loads: Vec<Vec<(Load, LoadChange)>>,
 }
 
@@ -307,6 +309,7 @@ impl Supplied {
             by: tangents.iter().map(|own| own.acting.only(&sensor.of)).collect(),
             signals: dynamics.variational(mechanism).places_of_signals(),
             moved: moved_along(mechanism, &forces, tangents),
+            frames: frames_of(&sensor.of, tangents),
             loads: tangents.iter().map(changed).collect(),
             forces,
         }
@@ -385,7 +388,8 @@ impl NodeQuantity for Supplied {
             let half = load.half_impulse_by(change, &standing, at.q);
             2.0 * dot(&half, load.of_frame(v))
         });
-        own + along.unwrap_or(0.0) + changed.sum::<f64>()
+        let by_frames = by_frames(self, &self.frames, parameter, (at, v));
+        own + along.unwrap_or(0.0) + changed.sum::<f64>() + by_frames
     }
     fn reads_time(&self) -> bool {
         true // expressions and histories may
@@ -409,6 +413,29 @@ fn moved_along(
     let of = along(forces).map(|force| &force.coordinate);
     let moved = |own: &ModelTangent| MovedCoordinate::of(mechanism, &own.numbers, of?);
     tangents.iter().map(moved).collect()
+}
+
+/// How the frames of a bushing of this name move, in the order of the parameters.
+fn frames_of(name: &str, tangents: &[ModelTangent]) -> Vec<Option<MovedFrames>> {
+    let of = |own: &ModelTangent| {
+        own.bushings.iter().find(|bushing| bushing.0 == name).map(|bushing| bushing.1.clone())
+    };
+    tangents.iter().map(of).collect()
+}
+
+/// `y_θ` of a number of a bushing whose frames move with a parameter.
+fn by_frames(
+    y: &dyn NodeQuantity,
+    frames: &[Option<MovedFrames>],
+    parameter: usize,
+    (at, v): (Configuration<'_>, &[f64]),
+) -> f64 {
+    let Some(frames) = frames.get(parameter).and_then(Option::as_ref) else { return 0.0 };
+    let [mut q, mut of_v] = [(); 2].map(|()| vec![0.0; at.q.len()]);
+    let mut z = vec![0.0; at.internal.len()];
+    let out = Slopes { q: &mut q, v: &mut of_v, lambda: &mut [], a: &mut [], z: &mut z };
+    y.add_slopes(Node::moving(at, v), 1.0, out);
+    frames.change([at.q, v], [&q, &of_v])
 }
 
 /// A node with the internal variables of signals alone, as efforts read it.
@@ -518,5 +545,6 @@ fn stated(
     let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();
     let moved = moved_along(&system.mechanism, &forces, tangents);
     let signals = system.dynamics.variational(&system.mechanism).places_of_signals();
-    Some(Box::new(Stated { forces: *forces, name, part, signals, by, moved }))
+    let frames = frames_of(&sensor.of, tangents);
+    Some(Box::new(Stated { forces: *forces, name, part, signals, by, moved, frames }))
 }

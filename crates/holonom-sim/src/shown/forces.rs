@@ -261,7 +261,8 @@ pub(crate) fn level(system: &System, tangents: &[ModelTangent]) -> Result<Level,
         [] => None,
         tangents => Some(Arc::new(mechanism_design(system, &mass, tangents)?)),
     };
-    Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design })
+    let rests = system.stands;
+    Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design, rests })
 }
 
 /// The system of a run whose steps add to the masses, where velocities are read.

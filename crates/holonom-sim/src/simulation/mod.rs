@@ -153,7 +153,7 @@ impl Simulation {
         t: f64,
     ) -> Result<Self, ModelError> {
         outside.prepare(model)?;
-        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws } =
+        let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws, .. } =
             system::build_with(model, outside)?;
         let h = model.settings.step;
         let start = StartValues::of(model, &mechanism, outside)?;

@@ -65,6 +65,11 @@ pub(crate) enum How {
         /// Whether some direction has no stiffness.
         neutral: bool,
     },
+    /// An equilibrium that was found before.
+    Standing {
+        /// Whether some direction has no stiffness.
+        neutral: bool,
+    },
 }
 
 impl StartValues {
@@ -82,6 +87,11 @@ impl StartValues {
         mechanism: &Mechanism,
         outside: &Outside,
     ) -> Result<Self, ModelError> {
+        if let Some(still) = &outside.still {
+            let (q, how) = (still.q.clone(), How::Standing { neutral: still.neutral });
+            let v = vec![0.0; q.len()];
+            return Ok(Self { angles: still.angles.clone(), ..Self::new((q, v), how) });
+        }
         if outside.start == JointStart::default() {
             return Self::of_model(model, mechanism);
         }

@@ -64,6 +64,8 @@ pub struct System {
     pub contacts: Vec<ContactOrigin>,
     /// The laws of the model, which know why they have no value.
     pub(crate) laws: law::Laws,
+    /// Whether it stands in an equilibrium, where multipliers are those of the acceleration level.
+    pub(crate) stands: bool,
 }
 
 /// Builds the system of a model.
@@ -183,7 +185,8 @@ pub(crate) fn build_sensing(
     let beams = Beams { parts, list };
     let sensors =
         Sensors::new((&names, sensors), &mechanism, &dynamics, (&beams, signals), &contacts);
-    Ok(System { beams, mechanism, dynamics, members, sensors, contacts, laws })
+    let stands = outside.still.is_some();
+    Ok(System { beams, mechanism, dynamics, members, sensors, contacts, laws, stands })
 }
 
 /// Compositions need resolved vibrations, which have no added mass; for others it would not help.

@@ -31,6 +31,21 @@ pub struct Outside {
     /// Angles of a state of the same model, rad: revolutions of those at the start count from
     /// there; modulo a revolution where this is empty.
     pub angles: Vec<f64>,
+    /// The equilibrium in which a run begins in the place of the start of its model.
+    pub still: Option<Still>,
+}
+
+/// A configuration at rest, with what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Still {
+    /// Coordinates, shape `n`.
+    pub q: Vec<f64>,
+    /// Angles with their revolutions, rad.
+    pub angles: Vec<f64>,
+    /// Directions in which it is unstable.
+    pub unstable: usize,
+    /// Whether some direction has no stiffness.
+    pub neutral: bool,
 }
 
 /// A force or torque along a coordinate of a joint.

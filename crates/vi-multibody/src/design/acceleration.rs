@@ -53,7 +53,6 @@ impl NodeAcceleration {
         rows: &IndependentRows,
         tangents: &[MechanismTangent],
     ) -> Result<Self, DesignError> {
-        let (n, m) = (mechanism.dim(), mechanism.len());
         let description = mechanism.description();
         let curved = |row: &ScalarRow| !matches!(row, ScalarRow::Product(_));
         let scalar = description.scalars.iter().find(|own| own.rows.iter().any(curved));
@@ -61,6 +60,20 @@ impl NodeAcceleration {
         if let Some(name) = scalar.map(|own| &own.name).or(screw.map(|own| &own.name)) {
             return Err(DesignError::Angle(name.clone()));
         }
+        Self::at_rest(mechanism, rows, tangents)
+    }
+
+    /// The same of nodes at which nothing moves or accelerates, `v̂ = 0` and `a = 0`: the second
+    /// derivatives of the constraints may change there.
+    ///
+    /// # Errors
+    /// [`DesignError`].
+    pub fn at_rest(
+        mechanism: &Mechanism,
+        rows: &IndependentRows,
+        tangents: &[MechanismTangent],
+    ) -> Result<Self, DesignError> {
+        let (n, m) = (mechanism.dim(), mechanism.len());
         Ok(Self {
             velocity: NodeVelocity::new(mechanism, rows, tangents)?,
             v: vec![0.0; n],

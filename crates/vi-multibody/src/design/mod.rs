@@ -17,6 +17,7 @@ mod coordinate;
 mod coordinate_acceleration;
 mod explicit;
 mod mass_sums;
+mod moved_bushing;
 mod moved_coordinate;
 pub mod reaction;
 mod row_sums;
@@ -30,6 +31,7 @@ mod tangent;
 pub mod velocity;
 
 pub use coordinate_acceleration::CoordinateAcceleration;
+pub use moved_bushing::{FrameChange, MovedFrames, MovedSixForce, MovedSixSpring};
 pub use moved_coordinate::MovedCoordinate;
 pub use signals::SignalTangent;
 pub use tangent::{
@@ -232,6 +234,9 @@ impl Numbers<'_> {
             elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
         }
         for (_, force) in &tangent.forces {
+            elements.push(Box::new(Acting { force: force.clone() }));
+        }
+        for force in &tangent.energies {
             elements.push(Box::new(Acting { force: force.clone() }));
         }
         for potential in &tangent.potentials {

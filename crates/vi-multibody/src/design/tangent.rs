@@ -42,6 +42,8 @@ pub struct MechanismTangent {
     pub loads: BTreeMap<usize, LoadChange>,
     /// Forces that come to the others as the parameter grows, by the names of those.
     pub forces: Vec<(String, Arc<dyn ForceChange>)>,
+    /// What energies exert whose derivative by the parameter is no energy of the same kind.
+    pub energies: Vec<Arc<dyn ForceChange>>,
     /// Energies that do.
     pub potentials: Vec<Arc<dyn DiscretePotential>>,
     /// Of the mass between `φ, d_1, d_2, d_3` of a frame and of the next one, by the first, kg,

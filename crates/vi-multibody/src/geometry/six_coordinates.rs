@@ -62,6 +62,16 @@ impl AttachedFrame {
         Self { offset: Some(offset), map, constant: Frame::zeros() }
     }
 
+    /// The first coordinate of its body and the map from there; `None` on the ground.
+    pub(crate) fn in_its_body(&self) -> Option<(usize, Matrix4<f64>)> {
+        Some((self.offset?, self.map))
+    }
+
+    /// Point and axes on the ground.
+    pub(crate) fn on_the_ground(&self) -> (Vector3<f64>, Matrix3<f64>) {
+        (self.constant.column(0).into_owned(), Placed::axes(&self.constant))
+    }
+
     fn at(&self, q: &[f64]) -> Frame {
         self.constant + self.rate(q)
     }
@@ -174,6 +184,11 @@ impl SixCoordinates {
     pub fn new(from: AttachedFrame, to: AttachedFrame, rotation: Rotation) -> Self {
         let beyond = Arc::new(AtomicU64::new(f64::NAN.to_bits()));
         Self { from, to, rotation, beyond }
+    }
+
+    /// Both frames.
+    pub(crate) fn frames(&self) -> [&AttachedFrame; 2] {
+        [&self.from, &self.to]
     }
 
     /// The last time at which the angle was found beyond [`LARGEST_ANGLE`]; coordinates and forces

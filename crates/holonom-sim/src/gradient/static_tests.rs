@@ -1,0 +1,482 @@
+//! Gradients of equilibria against differences of paths of equilibria, of which sensors are read as
+//! a run records them, and what is refused.
+
+use super::beam_models::{CANTILEVER, LINKAGE, ROPE};
+use super::tests::{changed, found};
+use super::{ModelGradient, Wanted, gradient};
+use crate::experiment::Experiment;
+use crate::run::outcome::RunOutcome;
+use crate::statics::Statics;
+use holonom_model::{CountedAt, ModelText, Override};
+use std::path::Path;
+
+/// A parallelogram on a spring: a closed loop with redundant rows, pushed aside by a load that
+/// grows, with a weight.
+const FRAME: &str = r#"
+model = { name = "frame", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.25, end = 1.0, scheme = "static" }
+parameters = { width = 0.8, mass = 0.7, stiffness = 14.0, push = 6.0, arm = 0.1, rest = 0.15 }
+[[body]]
+name = "left"
+mass = 0.5
+inertia = [0.02, 0.03, 0.02]
+position = [0.0, 0.0, 0.3]
+[[body]]
+name = "top"
+mass = "= mass"
+inertia = [0.02, "= 0.04*mass", 0.03]
+position = ["= width/2", 0.0, 0.6]
+[[body]]
+name = "right"
+mass = 0.5
+inertia = [0.02, 0.03, 0.02]
+position = ["= width", 0.0, 0.3]
+[[joint]]
+name = "a"
+type = "revolute"
+parent = "ground"
+child = "left"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness", rest = "= rest" }
+[[joint]]
+name = "b"
+type = "revolute"
+parent = "left"
+child = "top"
+position = [0.0, 0.0, 0.6]
+axis = [0.0, 1.0, 0.0]
+[[joint]]
+name = "c"
+type = "revolute"
+parent = "top"
+child = "right"
+position = ["= width", 0.0, 0.6]
+axis = [0.0, 1.0, 0.0]
+[[joint]]
+name = "d"
+type = "revolute"
+parent = "right"
+child = "ground"
+position = ["= width", 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[load]]
+name = "push"
+body = "top"
+force = ["= push", 0.0, -1.0]
+point = [0.05, 0.0, "= arm"]
+[[spring]]
+name = "brace"
+from = "ground"
+to = "top"
+point_to = [0.1, 0.0, 0.0]
+stiffness = "= 3*stiffness"
+natural_length = 0.4
+"#;
+
+/// Laws, a table, a filter, a motor and histories on a tree, with a point mass on a bar.
+const MIXED: &str = r#"
+model = { name = "mixed", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.5, end = 2.0, scheme = "static" }
+parameters = { k = 3.0, c = 0.4, mass = 0.9, gain = 8.0, turn = 0.3, length = 0.6 }
+[[body]]
+name = "beam"
+mass = "= mass"
+inertia = [0.01, 0.05, 0.05]
+position = [0.5, 0.0, 0.0]
+[[body]]
+name = "slider"
+mass = 0.6
+inertia = [0.01, 0.01, 0.01]
+position = [1.0, 0.0, 0.0]
+[[particle]]
+name = "bob"
+mass = "= 0.5*mass"
+position = [1.0, "= length", 0.0]
+[[bar]]
+name = "thread"
+from = "ground"
+to = "bob"
+point = [1.0, "= length", 0.4]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "beam"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= 10*k", rest = 0.1, table = "rubber" }
+[[joint]]
+name = "slide"
+type = "prismatic"
+parent = "beam"
+child = "slider"
+position = [1.0, 0.0, 0.0]
+axis = [1.0, 0.0, 0.0]
+motor = { proportional = "= 5*gain", derivative = 0.5, path = "0.1*turn + 0.02*t" }
+[[table]]
+name = "rubber"
+points = [[-1.0, -4.0], [-0.4, -1.0], [0.0, 0.0], [0.5, 1.5], [1.0, 5.0]]
+[[signal]]
+name = "slow"
+filter = { of = "hinge + 0.1*slide", time_constant = 0.2 }
+[[law]]
+name = "stiffens"
+joint = "hinge"
+effort = "-k*x^3 - c*x - 2*slow"
+[[law]]
+name = "draws"
+from = "ground"
+to = "bob"
+point_from = [0.3, 1.2, 1.0]
+tension = "k*max(x - 0.5, 0)^2"
+[[load]]
+name = "wind"
+body = "slider"
+force = [1.0, 0.3, "= -gain"]
+history = "0.2 + sin(turn*t)"
+[[load]]
+name = "gust"
+body = "bob"
+force = ["= c", 0.4, 0.2]
+"#;
+
+/// A motion that is prescribed and a gear, with the effort and the reactions that hold them.
+const DRIVEN: &str = r#"
+model = { name = "driven", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.5, end = 1.5, scheme = "static" }
+parameters = { turn = 0.4, ratio = 1.7, mass = 0.9, stiffness = 6.0, speed = 0.9 }
+[[body]]
+name = "one"
+mass = "= mass"
+inertia = [0.01, 0.05, 0.05]
+position = [0.4, 0.0, 0.0]
+[[body]]
+name = "two"
+mass = 0.5
+inertia = [0.01, 0.02, 0.02]
+position = [1.1, 0.0, 0.1]
+[[body]]
+name = "three"
+mass = 0.4
+inertia = [0.01, 0.02, 0.02]
+position = [1.4, 0.0, 0.3]
+[[joint]]
+name = "p"
+type = "revolute"
+parent = "ground"
+child = "one"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[joint]]
+name = "q"
+type = "revolute"
+parent = "one"
+child = "two"
+position = [0.8, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+[[joint]]
+name = "r"
+type = "revolute"
+parent = "two"
+child = "three"
+position = [1.2, 0.0, 0.2]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness" }
+[[constraint]]
+name = "leads"
+type = "motion"
+joint = "p"
+path = "turn*sin(speed*t)"
+[[constraint]]
+name = "wheels"
+type = "gear"
+joints = ["p", "q"]
+ratio = "= ratio"
+"#;
+
+/// A ball that lies on a soft floor, held by a spring.
+const LYING: &str = r#"
+model = { name = "lying", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.5, end = 1.0, scheme = "static" }
+parameters = { mass = 0.7, stiffness = 4.0e4, exponent = 1.4, held = 30.0, pull = 3.0 }
+[[body]]
+name = "ball"
+mass = "= mass"
+inertia = [0.002, 0.002, 0.002]
+position = [0.0, 0.0, 0.0999]
+collision = [{ type = "sphere", dimensions = [0.1] }]
+[[joint]]
+name = "guide"
+type = "prismatic"
+parent = "ground"
+child = "ball"
+position = [0.0, 0.0, 0.0999]
+axis = [0.0, 0.0, 1.0]
+[[spring]]
+name = "tether"
+from = "ground"
+to = "ball"
+point_from = [0.5, 0.0, 0.3]
+point_to = [0.03, 0.0, 0.02]
+stiffness = "= held"
+natural_length = 0.3
+[[contact]]
+name = "floor"
+a = { plane = { position = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] } }
+b = "ball"
+model = { type = "hunt_crossley", stiffness = "= stiffness", exponent = "= exponent" }
+[[load]]
+name = "pull"
+body = "ball"
+force = ["= -0.2*pull", 0.0, "= -pull"]
+point = [0.01, 0.0, 0.03]
+"#;
+
+/// A sensor with an objective of it.
+fn sensing(name: &str, sensor: &str, part: &str, target: f64) -> String {
+    let read = if part.is_empty() { name.to_owned() } else { format!("{name}.{part}") };
+    format!(
+        "[[sensor]]\nname = \"{name}\"\n{sensor}\n[[objective]]\nname = \"o_{name}\"\n\
+         type = \"sensor\"\nsensor = \"{read}\"\ntarget = {target}\n"
+    )
+}
+
+fn position(name: &str, of: &str, part: &str, target: f64) -> String {
+    sensing(name, &format!("type = \"position\"\nof = \"{of}\""), part, target)
+}
+
+/// The cost by a path of equilibria of its own, from what its sensors record at the end.
+fn cost(text: &ModelText, overrides: &[Override], of: &str) -> f64 {
+    let model = text.model(overrides).unwrap();
+    let mut statics = Statics::new(&model).unwrap();
+    let mut last = Vec::new();
+    let mut observe = |sample: &crate::sample::Sample| {
+        last.clone_from(&sample.sensors);
+        Ok(())
+    };
+    let outcome = statics.run(&mut observe, &mut |_, _| {}).unwrap();
+    assert_eq!(outcome, RunOutcome::Done);
+    let columns = statics.sensors().columns();
+    let cost = |own: &holonom_model::Objective| {
+        assert_eq!(own.at, CountedAt::End);
+        let sensor = own.sensor.as_deref().unwrap();
+        let named = columns.iter().position(|column| column.name() == sensor);
+        let column = named.unwrap_or_else(|| {
+            let (name, part) = sensor.split_once('.').unwrap();
+            let first = columns.iter().position(|column| column.sensor == name).unwrap();
+            first + part.parse::<usize>().unwrap()
+        });
+        0.5 * own.weight * (last[column] - own.target).powi(2)
+    };
+    let chosen = model.objectives.iter().filter(|own| of.is_empty() || own.name == of);
+    chosen.map(cost).sum()
+}
+
+/// Derivatives by differences that are extrapolated twice.
+fn differences(text: &ModelText, found: &ModelGradient, of: &str) -> Vec<f64> {
+    let one = |own: &super::ByParameter| {
+        let by = |e: f64| {
+            let at = |sign: f64| {
+                let value = own.value + sign * e * own.value.abs();
+                let key = format!("parameters.{}", own.name);
+                cost(text, &[Override::new(key, format!("{value:?}"))], of)
+            };
+            (at(1.0) - at(-1.0)) / (2.0 * e * own.value.abs())
+        };
+        let [a, b, c] = [4e-3, 2e-3, 1e-3].map(by);
+        let [ab, bc] = [(4.0 * b - a) / 3.0, (4.0 * c - b) / 3.0];
+        (16.0 * bc - ab) / 15.0
+    };
+    found.parameters.iter().map(one).collect()
+}
+
+/// The derivatives of each objective by itself against differences, in parts of the largest
+/// relative slope.
+fn compare(what: &str, text: &str, allowed: f64) {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(&[]).unwrap();
+    for own in &model.objectives {
+        let wanted = Wanted { of: vec![own.name.clone()], ..Wanted::everything() };
+        let found = gradient(&text, &[], &model, &wanted);
+        let found = found.unwrap_or_else(|error| panic!("{what}: {}: {error}", own.name));
+        let j = cost(&text, &[], &own.name);
+        let off = (found.value - j).abs() / j.abs();
+        assert!(off < 1e-7, "{what}: {}: {} instead of {j}", own.name, found.value);
+        let by = differences(&text, &found, &own.name);
+        let scaled = |(own, by): (&super::ByParameter, &f64)| (own.value * by).abs();
+        let size = found.parameters.iter().zip(&by).map(scaled).fold(j.abs(), f64::max);
+        for (one, by) in found.parameters.iter().zip(&by) {
+            let apart = (one.value * (one.derivative - by)).abs() / size;
+            println!("{what}: {} by {}: {} {apart:.1e}", own.name, one.name, one.derivative);
+            assert!(
+                apart < allowed,
+                "{what}: {} by {}: {} {by}",
+                own.name,
+                one.name,
+                one.derivative
+            );
+        }
+        assert!(found.parameters.len() > 1 && found.initial.is_empty());
+    }
+}
+
+#[test]
+fn a_loop_on_springs_has_the_derivatives_of_its_equilibrium() {
+    let text = [
+        FRAME.to_owned(),
+        position("place", "top", "x", 1.0),
+        sensing("lean", "type = \"joint_coordinate\"\nof = \"a\"", "", 0.9),
+        sensing("held", "type = \"reaction\"\nof = \"a\"", "fx", 2.0),
+        sensing("turns", "type = \"effort\"\nof = \"a\"", "spring", 1.0),
+        sensing("length", "type = \"distance\"\nof = \"top\"\nto = \"left\"", "", 0.2),
+    ]
+    .concat();
+    compare("frame", &text, 1e-8);
+}
+
+#[test]
+fn laws_tables_filters_and_motors_count_in_equilibria() {
+    let text = [
+        MIXED.to_owned(),
+        position("place", "bob", "z", 0.5),
+        sensing("angle", "type = \"joint_coordinate\"\nof = \"hinge\"", "", 0.9),
+        sensing("slid", "type = \"joint_coordinate\"\nof = \"slide\"", "", 0.9),
+        sensing("tight", "type = \"reaction\"\nof = \"thread\"", "tension", 2.0),
+        sensing("bent", "type = \"reaction\"\nof = \"hinge\"\nframe = \"space\"", "fz", 1.0),
+    ]
+    .concat();
+    compare("mixed", &text, 1e-8);
+}
+
+#[test]
+fn prescribed_motions_and_gears_count_in_equilibria() {
+    let text = [
+        DRIVEN.to_owned(),
+        position("place", "three", "z", 0.5),
+        sensing("drives", "type = \"effort\"\nof = \"leads\"", "0", 3.0),
+        sensing("meshes", "type = \"effort\"\nof = \"wheels\"", "0", 3.0),
+        sensing("bears", "type = \"reaction\"\nof = \"q\"", "fx", 1.0),
+    ]
+    .concat();
+    compare("driven", &text, 1e-8);
+}
+
+#[test]
+fn a_soft_contact_counts_in_equilibria() {
+    let text = [
+        LYING.to_owned(),
+        position("place", "ball", "z", 0.5),
+        sensing("presses", "type = \"contact_force\"\nof = \"floor\"", "2", 3.0),
+    ]
+    .concat();
+    compare("lying", &text, 1e-7);
+}
+
+/// The simulation of a model of beams as one of statics, without its own objectives.
+fn stands(text: &str, steps: usize) -> String {
+    let first = text.find("[[sensor]]").unwrap();
+    let line = text.lines().find(|line| line.starts_with("simulation = ")).unwrap();
+    let step = 1.0 / steps as f64;
+    let own = format!("simulation = {{ step = {step:?}, end = 1.0, scheme = \"static\" }}");
+    text[..first].replace(line, &own)
+}
+
+#[test]
+fn beams_have_the_derivatives_of_their_equilibrium() {
+    let still =
+        [("speed = 0.7\n", ""), ("relaxation = 0.004\n", ""), ("\"= relaxation\"", "0.004")];
+    let text = [
+        changed(&stands(CANTILEVER, 4), &still),
+        position("tip", "rod.end", "z", 0.1),
+        sensing("bent", "type = \"section_force\"\nof = \"rod\"\nat = 0.3", "4", 1.0),
+        sensing("cut", "type = \"section_force\"\nof = \"rod\"\nelement = 1", "2", 1.0),
+        sensing("shear", "type = \"strain\"\nof = \"rod\"\nat = 0.6", "4", 0.5),
+        sensing("gripped", "type = \"reaction\"\nof = \"grip\"\nframe = \"space\"", "fz", 1.0),
+    ]
+    .concat();
+    compare("cantilever", &text, 1e-7);
+    let text = [
+        stands(LINKAGE, 3),
+        position("middle", "coupler.1", "z", 0.1),
+        sensing("pinned", "type = \"reaction\"\nof = \"pin\"", "fx", 1.0),
+    ]
+    .concat();
+    compare("linkage", &text, 1e-7);
+    let text = [stands(ROPE, 2), position("tip", "weight", "y", 0.9)].concat();
+    compare("rope", &text, 1e-7);
+}
+
+/// Differences of `--check`, and a path by its arc length.
+#[test]
+fn checks_of_equilibria_agree() {
+    let text = format!("{FRAME}{}", position("place", "top", "x", 1.0));
+    let arc = changed(&text, &[("scheme = \"static\"", "scheme = \"static\", arc_length = true")]);
+    let [own, arc] = [text, arc].map(|text| found(&text, true).unwrap());
+    assert!(own.worst() < 1e-8 && own.checks.len() == 3, "{:e}", own.worst());
+    assert_eq!(own.equilibrium.as_ref().unwrap().t, 1.0);
+    for (a, b) in own.parameters.iter().zip(&arc.parameters) {
+        assert!((a.derivative - b.derivative).abs() < 1e-8 * a.derivative.abs().max(1e-3), "{a:?}");
+    }
+}
+
+#[test]
+fn what_equilibria_do_not_have_is_refused_by_its_key() {
+    let place = position("place", "top", "x", 1.0);
+    let refused = |text: &str| found(text, false).unwrap_err().to_string();
+    let along = changed(&place, &[("target = 1", "at = \"path\"\ntarget = 1")]);
+    let error = refused(&format!("{FRAME}{along}"));
+    assert!(
+        error.contains("objective.o_place.at") && error.contains("path of equilibria"),
+        "{error}"
+    );
+    let work = sensing("done", "type = \"work\"\nof = \"a\"", "spring", 1.0);
+    let error = refused(&format!("{FRAME}{work}"));
+    assert!(error.contains("objective.o_done.sensor") && error.contains("work"), "{error}");
+    let time = "[[objective]]\nname = \"long\"\ntype = \"time\"\n";
+    let error = refused(&format!("{FRAME}{time}"));
+    assert!(error.contains("objective.long.type"), "{error}");
+}
+
+/// A rod upright on a spring, pressed: unstable beyond `P l = k`.
+const UPRIGHT: &str = r#"
+model = { name = "upright" }
+simulation = { step = 0.5, end = 1.0, scheme = "static" }
+parameters = { stiffness = 8.0, press = 20.0 }
+[[body]]
+name = "rod"
+mass = 1.0
+inertia = [0.1, 0.1, 0.01]
+position = [0.0, 0.0, 0.5]
+[[joint]]
+name = "foot"
+type = "revolute"
+parent = "ground"
+child = "rod"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+spring = { stiffness = "= stiffness" }
+[[load]]
+name = "press"
+body = "rod"
+force = [0.0, 0.0, "= -press"]
+point = [0.0, 0.0, 0.5]
+"#;
+
+#[test]
+fn an_equilibrium_that_is_unstable_is_told_and_one_without_stiffness_refused() {
+    let at = |press: &str| {
+        let text =
+            changed(UPRIGHT, &[("name = \"press\"", "name = \"weight\""), ("press = 20.0", press)]);
+        found(&format!("{text}{}", position("place", "rod", "z", 1.0)), false)
+    };
+    let beyond = at("press = 20.0").unwrap();
+    println!("{:?} {:?}", beyond.equilibrium, beyond.warning());
+    assert_eq!(beyond.equilibrium.as_ref().unwrap().unstable, 1);
+    assert!(beyond.warning().unwrap().contains("unstable in one direction"));
+    let before = at("press = 7.0").unwrap();
+    assert!(before.equilibrium.as_ref().unwrap().unstable == 0 && before.warning().is_none());
+    let error = at("press = 8.0").unwrap_err().to_string();
+    println!("{error}");
+    assert!(error.contains("simulation.end") && error.contains("without stiffness"), "{error}");
+}
