@@ -2,7 +2,7 @@
 
 use super::{Chain, ModelTangent, eps, refused};
 use holonom_model::{
-    Control, Curves, Frame, History, JointMotor, Load, ModelError, MotionPath, Spring,
+    Control, Curves, Frame, History, JointMotor, JointSpring, Load, ModelError, MotionPath, Spring,
 };
 use std::sync::Arc;
 use vi_core::Number;
@@ -13,6 +13,7 @@ use vi_multibody::design::{
     EffortChange, EffortTangent, MechanismTangent, SpringTangent, WholeForce,
 };
 use vi_multibody::form::Form;
+use vi_multibody::joint_force::JointLaw as _;
 use vi_multibody::particle_load::ParticleLoad;
 use vi_multibody::spring::Damper;
 use vi_rigid::load::LoadChange;
@@ -98,14 +99,11 @@ impl Chain<'_> {
             let force = force_of(&joint.name, part);
             out.numbers.efforts.push(EffortChange { force, joint: k, freedom, by });
         };
-        if let Some(own) = joint.spring.as_ref().filter(|own| own.table.is_none()) {
-            let stiffness = number("spring.stiffness", own.stiffness);
-            let rest = number("spring.rest", own.rest);
-            if stiffness.eps != 0.0 || rest.eps != 0.0 {
-                let by = [stiffness.eps, rest.eps];
-                let (place, numbers) = ((k, own.freedom), [own.stiffness, own.rest]);
-                let change = EffortChange::of_spring("", place, numbers, by);
-                add("spring", own.freedom, change.by);
+        if let Some(own) = &joint.spring {
+            let by = [("stiffness", own.stiffness), ("rest", own.rest)];
+            let by = by.map(|(part, value)| number(&format!("spring.{part}"), value).eps);
+            if by != [0.0; 2] {
+                add("spring", own.freedom, self.joint_spring(k, own, by));
             }
         }
         if let Some(own) = &joint.damper {
@@ -121,6 +119,19 @@ impl Chain<'_> {
             self.motor(&key, own, &mut |freedom, by| add("motor", freedom, by))?;
         }
         Ok(())
+    }
+
+    /// The effort of a spring of a joint by its stiffness and its rest, which change so; with a
+    /// table it is `−k_θ (x − rest) − rest_θ ∂τ/∂x`.
+    fn joint_spring(&self, k: usize, own: &JointSpring, by: [f64; 2]) -> EffortTangent {
+        let Some(law) = TimeFunctions::new(self.model).spring("", own) else {
+            let (place, numbers) = ((k, own.freedom), [own.stiffness, own.rest]);
+            return EffortChange::of_spring("", place, numbers, by).by;
+        };
+        let ([stiffer, moved], rest) = (by, own.rest);
+        Arc::new(move |t, x, rate| {
+            -stiffer * (x - rest) - moved * law.slopes(t, x, rate).by_coordinate
+        })
     }
 
     /// Effort and gains of a motor.

@@ -2,11 +2,13 @@
 //!
 //! ```text
 //! D_1 L_d + f_d^- = Gᵀ h λ at q_n = q_{n+1} = q_0 about t = 0         (h/2) of the equations of statics
-//! [A + B  −Gᵀ; G  0] (δq, δhλ) = (−b_θ, −g_θ)                        δv = 0, δp̄ = 0
+//! [K  −Gᵀ; G  0] (δq, δhλ) = (−b_θ, −g_θ)                            δv = 0, δp̄ = 0
+//! K = (h/2) ∂(f − ∇V)/∂q − Σ hλ_i D²g_i
 //! ```
 //! The equations of a step that leaves everything at rest are those of the equilibrium, whatever
-//! its length: masses, damping and the mass that strains add cancel in `A + B`.
-#![allow(non_snake_case)] // A, B, G
+//! its length: masses, damping and the mass that strains add cancel. States of signals rest where
+//! forces are differentiated by positions.
+#![allow(non_snake_case)] // G, K
 
 use super::start::StartOf;
 use super::{LEAVE_OUT, ModelTangent, refused};
@@ -17,9 +19,10 @@ use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::StepLinearization;
 use vi_constraints::saddle_point::SaddlePoint;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
-use vi_core::interval::{Interval, Slot};
+use vi_core::interval::Interval;
 use vi_core::linear::Singular;
-use vi_core::sparse::Entries;
+use vi_core::sparse::{Block, Entries};
+use vi_core::{Configuration, MechanicalSystem as _};
 use vi_multibody::design::start::StartTangent;
 use vi_multibody::run::MechanismIntegrator;
 
@@ -40,13 +43,17 @@ impl StartOf<'_> {
         let Some(first) = tangents.first() else { return Ok(Vec::new()) };
         let name = &first.name;
         let refuse = |what: &str, help: &str| {
-            let what = format!("the derivative by `{name}` of a relaxed start {what}");
-            Err(refused("simulation.start", what, format!("{help}, or {LEAVE_OUT}")))
+            let of = match self.how {
+                How::Standing { .. } => "an equilibrium",
+                _ => "a relaxed start",
+            };
+            let what = format!("the derivative by `{name}` of {of} {what}");
+            Err(refused(self.key_of_equilibrium(), what, format!("{help}, or {LEAVE_OUT}")))
         };
         if matches!(self.how, How::Standing { neutral: true }) {
-            let what = format!("the derivative by `{name}` of an equilibrium without stiffness");
-            let help = "end the loads before or beyond the limit or bifurcation point, or hold what nothing else holds";
-            return Err(refused("simulation.end", what, help));
+            let help = "end the loads before or beyond the limit or bifurcation point, hold what nothing else \
+                        holds";
+            return refuse("without stiffness", help);
         }
         if matches!(self.how, How::Relaxed { neutral: true, .. }) {
             return refuse(
@@ -61,7 +68,15 @@ impl StartOf<'_> {
             let what = format!("the derivative by `{name}` of a singular equilibrium");
             refused(self.key_of_equilibrium(), what, LEAVE_OUT)
         })?;
+        if !self.signals_rest(run) {
+            let help = "write filters, which begin at rest";
+            return refuse("with signals whose states do not rest", help);
+        }
         let change = |(k, own): (usize, &ModelTangent)| {
+            if own.numbers.signals.is_some() {
+                let what = format!("the derivative by `{}` of states of signals at rest", own.name);
+                return Err(refused(self.key_of_equilibrium(), what, LEAVE_OUT));
+            }
             let q = equilibrium.change(self, design, k);
             let q = q.map_err(|Singular| {
                 let what = format!("the derivative by `{}` of a singular equilibrium", own.name);
@@ -79,7 +94,18 @@ impl StartOf<'_> {
     }
 }
 
+/// The largest rate of a state of a signal at rest, in parts of its size or of 1, 1/s.
+const RESTS: f64 = 1e-9;
+
 impl StartOf<'_> {
+    /// Whether the states of signals that a run begins with are where they rest.
+    fn signals_rest(&self, run: &MechanismIntegrator) -> bool {
+        let (at, still) = (run.state().configuration(), vec![0.0; self.at.q.len()]);
+        let Some(found) = run.system().state_rates(at, &still) else { return true };
+        let mut all = found.rates.iter().zip(&found.places);
+        all.all(|(rate, place)| rate.abs() <= RESTS * at.internal[*place].abs().max(1.0))
+    }
+
     /// The key that leads to the equilibrium.
     fn key_of_equilibrium(&self) -> &'static str {
         match self.how {
@@ -111,11 +137,14 @@ impl Equilibrium {
         step.linearize(system, constraints, &about, &vec![0.0; q.len()])?;
         let impulse = step.impulse().to_vec();
         let mut saddle = SaddlePoint::new(q.len(), start.rows.clone());
+        // no internal variables are listed: states of signals are where they rest
+        let node = Configuration { t: start.at.t, q, angles: &run.state().angles, internal: &[] };
+        let still = vec![0.0; q.len()];
         let emit = |out: &mut dyn Entries| {
-            system.d2_d1(&about, out);
-            system.force_slope(&about, Slot::First, Slot::Second, out); // A
-            system.forced_d1_d1(&about, out);
-            constraints.weighted_hessian(about.t, q, &impulse, -1.0, out); // B
+            let (row, column, scale, transposed) = (0, 0, 0.5 * STEP, false);
+            let mut half = Block { into: &mut *out, row, column, scale, transposed };
+            system.level_slopes(node, &still, [1.0, 0.0], &mut half);
+            constraints.weighted_hessian(about.t, q, &impulse, -1.0, out);
         };
         let G = |out: &mut dyn Entries| constraints.jacobian(about.t, q, out);
         saddle.factorize(&emit, &G, -1.0, &G)?;

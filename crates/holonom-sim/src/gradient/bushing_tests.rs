@@ -68,17 +68,30 @@ fn places_and_axes_of_bushings_count() {
         let text = changed(&format!("{BUSHINGS}{PLACE}"), &[("end = 0.2", &own)]);
         check(scheme, &text, 1e-8);
     }
-    let fourth = changed(BUSHINGS, &[("end = 0.2", "end = 0.2, order = 4")]);
+    let undamped = [
+        ("damping = [3.0, 4.0, 2.0, 0.1, 0.2, 0.1]\n", ""),
+        (" - 2*v1", ""),
+        (" - 3*v3", ""),
+        (" - 0.1*v5", ""),
+        ("end = 0.2", "end = 0.2, order = 4"),
+    ];
+    let fourth = changed(BUSHINGS, &undamped);
     check("order 4", &format!("{fourth}{PLACE}"), 1e-8);
     let galerkin =
         changed(BUSHINGS, &[("end = 0.2", "end = 0.2, method = \"galerkin\", order = 4")]);
     check("galerkin", &format!("{galerkin}{PLACE}"), 1e-7);
     let coupled = changed(
         BUSHINGS,
-        &[(
-            "stiffness = [900.0, 800.0, 1200.0, 40.0, 30.0, 50.0]",
-            "stiffness = [[900.0, 90.0, 0.0, 0.0, 0.0, 0.0], [-90.0, 800.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 40.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 30.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 50.0]]\nrotation = \"tilt\"",
-        )],
+        &[
+            (
+                "damping = [3.0, 4.0, 2.0, 0.1, 0.2, 0.1]",
+                "damping = [3.0, 4.0, 2.0, 0.1, 0.2, 0.0]",
+            ),
+            (
+                "stiffness = [900.0, 800.0, 1200.0, 40.0, 30.0, 50.0]",
+                "stiffness = [[900.0, 90.0, 0.0, 0.0, 0.0, 0.0], [-90.0, 800.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 40.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 30.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]]\nrotation = \"tilt\"",
+            ),
+        ],
     );
     check("not symmetric", &format!("{coupled}{PLACE}"), 1e-8);
 }

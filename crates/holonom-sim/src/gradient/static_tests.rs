@@ -74,7 +74,7 @@ stiffness = "= 3*stiffness"
 natural_length = 0.4
 "#;
 
-/// Laws, a table, a filter, a motor and histories on a tree, with a point mass on a bar.
+/// Laws, a table, a signal, a motor and histories on a tree, with a point mass on a bar.
 const MIXED: &str = r#"
 model = { name = "mixed", gravity = [0.0, 0.0, -9.81] }
 simulation = { step = 0.5, end = 2.0, scheme = "static" }
@@ -105,7 +105,7 @@ parent = "ground"
 child = "beam"
 position = [0.0, 0.0, 0.0]
 axis = [0.0, 1.0, 0.0]
-spring = { stiffness = "= 10*k", rest = 0.1, table = "rubber" }
+spring = { stiffness = "= 10*k", rest = "= 0.25*c", table = "rubber" }
 [[joint]]
 name = "slide"
 type = "prismatic"
@@ -119,7 +119,7 @@ name = "rubber"
 points = [[-1.0, -4.0], [-0.4, -1.0], [0.0, 0.0], [0.5, 1.5], [1.0, 5.0]]
 [[signal]]
 name = "slow"
-filter = { of = "hinge + 0.1*slide", time_constant = 0.2 }
+value = "hinge + 0.1*slide"
 [[law]]
 name = "stiffens"
 joint = "hinge"
@@ -336,7 +336,7 @@ fn a_loop_on_springs_has_the_derivatives_of_its_equilibrium() {
 }
 
 #[test]
-fn laws_tables_filters_and_motors_count_in_equilibria() {
+fn laws_tables_signals_and_motors_count_in_equilibria() {
     let text = [
         MIXED.to_owned(),
         position("place", "bob", "z", 0.5),
@@ -403,7 +403,11 @@ fn beams_have_the_derivatives_of_their_equilibrium() {
     ]
     .concat();
     compare("linkage", &text, 1e-7);
-    let text = [stands(ROPE, 2), position("tip", "weight", "y", 0.9)].concat();
+    let held = [
+        ("type = \"spherical\"", "type = \"fixed\""),
+        ("start = \"pinned\"", "start = \"clamped\""), // else turns about its own line are free
+    ];
+    let text = [changed(&stands(ROPE, 2), &held), position("tip", "weight", "y", 0.9)].concat();
     compare("rope", &text, 1e-7);
 }
 
@@ -433,6 +437,12 @@ fn what_equilibria_do_not_have_is_refused_by_its_key() {
     let work = sensing("done", "type = \"work\"\nof = \"a\"", "spring", 1.0);
     let error = refused(&format!("{FRAME}{work}"));
     assert!(error.contains("objective.o_done.sensor") && error.contains("work"), "{error}");
+    let lag = changed(
+        MIXED,
+        &[("value = \"hinge + 0.1*slide\"", "filter = { of = \"hinge\", time_constant = 0.2 }")],
+    );
+    let error = refused(&format!("{lag}{}", position("at", "bob", "x", 1.0)));
+    assert!(error.contains("signal.slow.filter"), "{error}");
     let time = "[[objective]]\nname = \"long\"\ntype = \"time\"\n";
     let error = refused(&format!("{FRAME}{time}"));
     assert!(error.contains("objective.long.type"), "{error}");
