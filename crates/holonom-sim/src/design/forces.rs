@@ -102,7 +102,7 @@ impl Chain<'_> {
         if let Some(own) = &joint.spring {
             let by = [("stiffness", own.stiffness), ("rest", own.rest)];
             let by = by.map(|(part, value)| number(&format!("spring.{part}"), value).eps);
-            if by != [0.0; 2] {
+            if by.iter().any(|slope| *slope != 0.0) {
                 add("spring", own.freedom, self.joint_spring(k, own, by));
             }
         }

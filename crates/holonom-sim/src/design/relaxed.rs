@@ -18,11 +18,11 @@ use vi_constraints::Constraints;
 use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::StepLinearization;
 use vi_constraints::saddle_point::SaddlePoint;
+use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::Singular;
 use vi_core::sparse::{Block, Entries};
-use vi_core::{Configuration, MechanicalSystem as _};
 use vi_multibody::design::start::StartTangent;
 use vi_multibody::run::MechanismIntegrator;
 

@@ -118,10 +118,20 @@ impl Wanted {
     }
 
     /// Of an equilibrium derivatives are by parameters alone.
-    fn of_run(&self, prepared: &Prepared) -> Self {
-        let moves = !prepared.system.stands;
-        let (controls, initial) = (self.controls && moves, self.initial && moves);
-        Self { controls, initial, ..self.clone() }
+    ///
+    /// # Errors
+    /// [`ModelError`] where something else is asked for, or given.
+    fn of_run(&self, prepared: &Prepared) -> Result<Self, ModelError> {
+        if !prepared.system.stands {
+            return Ok(self.clone());
+        }
+        let given = self.start != JointStart::default() || !self.values.is_empty();
+        if given || !self.parameters {
+            let what = "an equilibrium by controls, or by where joints begin";
+            let help = "ask for derivatives by parameters, or integrate a motion";
+            return Err(refused("simulation.scheme", what, help));
+        }
+        Ok(Self { controls: false, initial: false, ..self.clone() })
     }
 
     fn outside(&self) -> Outside {
@@ -289,7 +299,7 @@ pub fn gradient(
     let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let own = prepared.model.clone(); // with loads as they grow
     let model = &*own;
-    let wanted = &wanted.of_run(&prepared);
+    let wanted = &wanted.of_run(&prepared)?;
     let tangents = match wanted.parameters {
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),

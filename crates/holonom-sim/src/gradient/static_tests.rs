@@ -1,6 +1,8 @@
 //! Gradients of equilibria against differences of paths of equilibria, of which sensors are read as
 //! a run records them, and what is refused.
 
+#![allow(clippy::float_cmp)] // what is exact
+
 use super::beam_models::{CANTILEVER, LINKAGE, ROPE};
 use super::tests::{changed, found};
 use super::{ModelGradient, Wanted, gradient};
@@ -443,6 +445,10 @@ fn what_equilibria_do_not_have_is_refused_by_its_key() {
     );
     let error = refused(&format!("{lag}{}", position("at", "bob", "x", 1.0)));
     assert!(error.contains("signal.slow.filter"), "{error}");
+    let text = ModelText::from_text(Path::new("model.toml"), format!("{FRAME}{place}"));
+    let wanted = Wanted { parameters: false, ..Wanted::everything() };
+    let error = gradient(&text, &[], &text.model(&[]).unwrap(), &wanted).unwrap_err().to_string();
+    assert!(error.contains("simulation.scheme") && error.contains("joints begin"), "{error}");
     let time = "[[objective]]\nname = \"long\"\ntype = \"time\"\n";
     let error = refused(&format!("{FRAME}{time}"));
     assert!(error.contains("objective.long.type"), "{error}");
