@@ -29,6 +29,8 @@ pub(crate) mod prepared;
 #[cfg(test)]
 pub(crate) mod start_tests;
 #[cfg(test)]
+mod static_models;
+#[cfg(test)]
 mod static_tests;
 #[cfg(test)]
 mod tests;
