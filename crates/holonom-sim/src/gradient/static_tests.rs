@@ -137,6 +137,7 @@ fn prescribed_motions_and_gears_count_in_equilibria() {
         sensing("drives", "type = \"effort\"\nof = \"leads\"", "0", 3.0),
         sensing("meshes", "type = \"effort\"\nof = \"wheels\"", "0", 3.0),
         sensing("pressed", "type = \"effort\"\nof = \"pushes\"", "0", 3.0),
+        sensing("moves", "type = \"velocity\"\nof = \"cart\"", "x", 1.0),
         sensing("bears", "type = \"reaction\"\nof = \"q\"", "fx", 1.0),
     ]
     .concat();
