@@ -535,3 +535,6 @@ fn part_friction(contacts: &mut [Contact], W: &Delassus, places: &[usize]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
