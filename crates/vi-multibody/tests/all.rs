@@ -30,6 +30,7 @@ mod moving_tree;
 mod near_couplings;
 mod node_laws;
 mod pair_data;
+mod passed_edges;
 mod quantity_efforts;
 mod random_trees;
 mod redundant_contacts;

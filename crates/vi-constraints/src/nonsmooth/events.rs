@@ -5,6 +5,9 @@
 //! | [`Method::Events`] | those that are closed; where another one would be passed, the step ends at its first touch | 2 |
 //! | [`Method::Stepping`] | those that are closed, or that the step would pass | 1 |
 //!
+//! A step of `Stepping` has nodes at first touches, too, where its impulses would lift what a pair
+//! names at the end of the step alone, as of a corner that passes an edge: that gains energy.
+//!
 //! A step of `Events` ends at its time after any number of such nodes, at most
 //! [`NonsmoothOptions::max_events`]; the rest is then one step of `Stepping`, so that sequences of
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
@@ -36,6 +39,9 @@ const NEAR: f64 = 1e-2;
 const MANY: usize = 100;
 /// So often a first touch is looked for again where impulses that are not unique lead past it.
 const BRANCHES: usize = 8;
+/// So many first touches are nodes of a step of fixed length, where impulses would lift what is
+/// named inside of another shape.
+const MOST_TOUCHES: u64 = 24;
 /// Parts of a step that are not taken by themselves.
 const REST: f64 = 1e-9;
 /// The shortest part of a step whose impulses are looked for where those of longer ones are not
@@ -49,7 +55,7 @@ pub enum Method {
     /// At multiples of the step and at first touches.
     #[default]
     Events,
-    /// At multiples of the step.
+    /// At multiples of the step; at first touches where impulses would gain energy else.
     Stepping,
 }
 
@@ -316,10 +322,21 @@ impl Nonsmooth {
         self.node.open(&self.elements, run, (state, step.h), &self.set)?;
         let mut sub_step = step;
         let mut counts = state.contacts.counts;
+        let mut divides = !fixed;
         if fixed {
             self.solve_fixed(run, sub_step, state)?;
-            counts.exhausted += u64::from(events > 0);
-        } else if let Some(to) = self.solve_to_touch(run, (sub_step, whole), state)? {
+            divides = self.set.len() <= MANY
+                && events < MOST_TOUCHES
+                && step.h > REST * whole
+                && self.node.lifts(step.h < whole);
+            let is_exhausted = self.options.method == Method::Events && events > 0 && !divides;
+            counts.exhausted += u64::from(is_exhausted);
+        }
+        if divides && fixed {
+            self.close(state, false);
+            self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+        }
+        if divides && let Some(to) = self.solve_to_touch(run, (sub_step, whole), state)? {
             sub_step = SubStep { h: to, t_end: state.t + to, ..step };
             counts.events += 1;
         }
@@ -497,7 +514,8 @@ impl Nonsmooth {
             let before = element.gap(id.feature, state.configuration());
             is_passed.then(|| before / kinds[id.element as usize].0)
         };
-        let now = near.iter().filter_map(passed_gap).min_by(f64::total_cmp).unwrap_or(0.0).max(0.0);
+        let now = near.iter().filter_map(passed_gap).min_by(f64::total_cmp).unwrap_or(0.0);
+        let now = if now > 0.0 { now } else { -passed }; // not named there
         let mut bracket = Bracket::new([0.0, -now], [length, -passed]);
         let mut at = length;
         while let Some(h) = bracket.next(f64::EPSILON * length) {

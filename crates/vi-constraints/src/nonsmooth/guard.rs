@@ -13,7 +13,7 @@
 //! that are closed by one motion, hold then.
 
 use super::impulses::NodeImpulses;
-use super::node_law::Kind;
+use super::node_law::{CLOSED, Contact, Kind};
 use super::stepping::Stepping;
 use super::unilateral::Elements;
 use crate::constraints::Constraints;
@@ -24,6 +24,9 @@ use vi_core::state::State;
 
 /// Work of rounding errors, in parts of the terms of its sum.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Work that lifts what takes part in a step of fixed length, likewise: beside what large problems
+/// leave.
+const LIFTED: f64 = 1e-9;
 /// To which the factor `η` is known.
 const FACTOR: f64 = 1e-13;
 /// Most solutions of a node for it.
@@ -66,6 +69,23 @@ impl NodeImpulses {
     /// Whether something is hit.
     pub(super) fn is_hit(&self) -> bool {
         self.contacts.iter().any(|contact| contact.is_hit)
+    }
+
+    /// Whether impulses lift what takes part though it is not closed at the node: those of an island
+    /// gain energy, or a negative gap is left in a part of a step. A pair may name a feature at the
+    /// end of the step alone, as of a corner that passes an edge; at the first touch, within the
+    /// step, it is another one.
+    pub(super) fn lifts(&self, is_part: bool) -> bool {
+        let rounding = LIFTED * self.work_size();
+        let has_gap = |own: &&Contact| own.law.restitution().is_some();
+        let is_inside = |own: &Contact| own.gap < -CLOSED * own.size;
+        let is_lifted =
+            |own: &Contact| own.gap.abs() > CLOSED * own.size && self.lambda[own.row] > 0.0;
+        (0..self.islands.count()).map(|island| self.islands.contacts(island)).any(|places| {
+            let mut own = places.iter().map(|place| &self.contacts[*place]).filter(has_gap);
+            (is_part && own.clone().any(is_inside))
+                || (own.any(is_lifted) && self.work(places) > rounding)
+        })
     }
 
     /// Restitution that would gain energy is reduced, island by island.

@@ -91,7 +91,10 @@ pub enum ContactFault {
         fault: ConeFault,
     },
     /// A contact that no motion opens.
-    #[error("no motion opens the contact of `{element}`: what is prescribed presses it together")]
+    #[error(
+        "no motion opens the contact of `{element}`: what is prescribed, a joint or another contact \
+         presses it together"
+    )]
     Immovable {
         /// The element.
         element: String,
