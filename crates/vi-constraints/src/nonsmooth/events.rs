@@ -47,6 +47,9 @@ const REST: f64 = 1e-9;
 /// The shortest part of a step whose impulses are looked for where those of longer ones are not
 /// found.
 const SHORTEST: f64 = 1.0 / 16.0;
+/// The same where no motion opens a contact: of points that turn in a long step, opposite ones of a
+/// body that has one freedom contradict one another by the square of the rotation.
+const LEAST: f64 = 1.0 / 1024.0;
 
 /// Where nodes are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -300,8 +303,13 @@ impl Nonsmooth {
                 Err(error)
                     if error.has_no_impulses() && !self.node.may_yield && self.node.is_hit() =>
                 {
-                    self.node.may_yield = true; // in parts of the step there are none, either
+                    self.node.may_yield = true;
                 }
+                Err(error) if error.has_no_impulses() && 0.5 * part >= LEAST * step.h => {
+                    refused.get_or_insert(error); // rows of a long step contradict one another
+                    part *= 0.5;
+                }
+                Err(error) if error.has_no_impulses() => return Err(refused.unwrap_or(error)),
                 Err(error) => return Err(error),
             }
         }
