@@ -13,8 +13,8 @@
 //! oppositely on the parent. `λ_n` is that of the node, see [`crate::sensor`].
 
 use super::columns::PARTS;
+use super::finder::Finder;
 use super::view::View;
-use super::{Builder, length_rate};
 use crate::system::joint_drive::JointDrive;
 use crate::system::names::Names;
 use crate::system::time_function::TimeFunctions;
@@ -49,8 +49,8 @@ pub(super) fn row_of(name: &str, mechanism: &Mechanism) -> Option<usize> {
 
 impl Effort {
     /// That of a joint, spring or constraint of the model; `None` when there is none of this name.
-    pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
-        let Builder { names: Names { model, .. }, mechanism, dynamics, .. } = *from;
+    pub(super) fn of(name: &str, from: &Finder<'_>) -> Option<Self> {
+        let Finder { names: Names { model, .. }, mechanism, dynamics, .. } = *from;
         let forces = &dynamics.forces;
         let description = mechanism.description();
         if let Some((joint, _)) = from.names.joint(name) {
@@ -197,7 +197,7 @@ impl Effort {
             }
             Self::Spring(spring, damper) => {
                 let tension = spring.tension(at.q) + damper.tension(at.q, at.v);
-                out.push(-tension * length_rate(&spring.between, at));
+                out.push(-tension * at.length_rate(&spring.between));
             }
             Self::Row(..) | Self::Six(..) | Self::Law(..) => {} // of the last two with their forces
         }

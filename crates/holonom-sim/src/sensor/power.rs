@@ -11,8 +11,8 @@
 //! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the
 //! work that the steps have done, to second order in the step.
 
-use super::Builder;
 use super::effort::{Effort, row_of};
+use super::finder::Finder;
 use super::view::View;
 use holonom_model::Constraint;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,7 +39,7 @@ pub(super) enum Power {
 impl Power {
     /// That of a joint, spring, load or motion of the model; `None` when there is none of this
     /// name.
-    pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
+    pub(super) fn of(name: &str, from: &Finder<'_>) -> Option<Self> {
         let model = from.names.model;
         if model.loads.iter().any(|load| load.name == name) {
             return Some(Self::Loads(from.dynamics.forces.loads(name).cloned().collect()));

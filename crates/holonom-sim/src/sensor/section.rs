@@ -1,6 +1,6 @@
 //! Section forces and strains at a place of a beam.
 
-use super::Builder;
+use super::finder::Finder;
 use super::view::View;
 use crate::system::load_kind;
 use holonom_model::{Curves, Sensor, SensorKind};
@@ -24,7 +24,7 @@ pub(crate) struct SectionGauge {
 
 impl SectionGauge {
     /// That of a sensor; `None` when the model is not valid.
-    pub(super) fn of(sensor: &Sensor, from: &Builder<'_>) -> Option<Self> {
+    pub(super) fn of(sensor: &Sensor, from: &Finder<'_>) -> Option<Self> {
         let beam = from.beams.list.iter().find(|beam| beam.name == sensor.of)?;
         let (parts, model) = (&from.beams.parts, from.names.model);
         let mut along = sensor.at.unwrap_or_default(); // from the start of the leg

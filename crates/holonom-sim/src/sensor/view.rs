@@ -3,6 +3,7 @@
 use crate::run::contacts::ContactSample;
 use crate::run::energies::EnergyTerms;
 use vi_core::{Configuration, State};
+use vi_multibody::form::Form;
 
 /// The works of force elements up to a node.
 #[derive(Clone, Copy, Debug)]
@@ -58,5 +59,13 @@ impl<'a> View<'a> {
     pub(crate) fn configuration(&self) -> Configuration<'a> {
         let Self { t, q, angles, signals, .. } = *self;
         Configuration { t, q, angles, internal: signals }
+    }
+
+    /// `l̇ = D̂·Ḋ` of the vector between two points, m/s; `|Ḋ|` where they coincide, the rate from
+    /// there on.
+    pub(super) fn length_rate(&self, between: &Form) -> f64 {
+        let (d, rate) = (between.at(self.q), between.rate(self.v));
+        let length = d.norm();
+        if length > 0.0 { d.dot(&rate) / length } else { rate.norm() }
     }
 }

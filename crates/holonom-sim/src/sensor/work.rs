@@ -5,8 +5,8 @@
 //! spring, bushing            −Σ ΔV                      of the steps in which it acts
 //! ```
 
-use super::Builder;
 use super::columns::PARTS;
+use super::finder::Finder;
 use super::view::View;
 use crate::system::joint_drive::{ElementLaw, JointDrive};
 use crate::system::time_function::TimeFunctions;
@@ -65,7 +65,7 @@ impl OwnPotential {
 
 impl Work {
     /// Of a joint, spring, load, law or bushing; `None` when there is none of this name.
-    pub(super) fn of(name: &str, from: &Builder<'_>) -> Option<Self> {
+    pub(super) fn of(name: &str, from: &Finder<'_>) -> Option<Self> {
         let model = from.names.model;
         if let Some((joint, _)) = from.names.joint(name) {
             let own = from.mechanism.description().joints[from.joint(name)?].clone();
