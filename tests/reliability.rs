@@ -32,8 +32,8 @@ fn soaked(seed: u64, count: u64) -> SoakTally {
 }
 
 /// Opposite points of a body on a hinge contradict one another in a long step (3817, 6687), and
-/// features that a pair names at the end of a step alone would be lifted within it (9093, 6021): such
-/// steps are divided, and gain no energy.
+/// features that a pair names at the end of a step alone would be lifted within it (9093, 6021):
+/// such steps are divided, and gain no energy.
 #[test]
 fn steps_that_contacts_contradict_are_divided() {
     for index in [3817, 6687, 9093, 6021] {

@@ -34,7 +34,8 @@ impl<T: Number> Hermite<T> {
         let mut knots: Vec<[T; 3]> = points.map(|[t, x]| [t, x, zero]).collect();
         let n = knots.len();
         let slope = |a: [T; 3], b: [T; 3]| (b[1] - a[1]) / (b[0] - a[0]);
-        let mut lead = vec![zero; n]; // factor of the next rate, after elimination of the one before
+        // factor of the next rate, after elimination of the one before
+        let mut lead = vec![zero; n];
         match ends {
             Ends::Clamped(rates) => (knots[0][2], knots[n - 1][2]) = (rates[0], rates[1]),
             Ends::Natural => {

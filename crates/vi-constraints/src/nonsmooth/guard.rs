@@ -71,10 +71,10 @@ impl NodeImpulses {
         self.contacts.iter().any(|contact| contact.is_hit)
     }
 
-    /// Whether impulses lift what takes part though it is not closed at the node: those of an island
-    /// gain energy, or a negative gap is left in a part of a step. A pair may name a feature at the
-    /// end of the step alone, as of a corner that passes an edge; at the first touch, within the
-    /// step, it is another one.
+    /// Whether impulses lift what takes part though it is not closed at the node: those of an
+    /// island gain energy, or a negative gap is left in a part of a step. A pair may name a feature
+    /// at the end of the step alone, as of a corner that passes an edge; at the first touch, within
+    /// the step, it is another one.
     pub(super) fn lifts(&self, is_part: bool) -> bool {
         let rounding = LIFTED * self.work_size();
         let has_gap = |own: &&Contact| own.law.restitution().is_some();
