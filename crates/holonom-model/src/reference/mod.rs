@@ -94,6 +94,24 @@ const EXAMPLES: [(&str, &str); 25] = examples![
     "identify"
 ];
 
+impl Table {
+    /// `{ stiffness = …, rest = … }`: a type, the keys that are required, or else the first one.
+    fn form(&self) -> String {
+        let types = self.rows.iter().filter(|row| row.name.starts_with("type = "));
+        let keys = self.rows.iter().filter(|row| row.kind.is_some());
+        let first = types.map(|row| format!("{}, …", row.name)).next();
+        let mut parts: Vec<String> = first.into_iter().collect();
+        if parts.is_empty() {
+            let required = keys.clone().filter(|row| row.presence == Presence::Required);
+            parts.extend(required.map(|row| format!("{} = …", row.name)));
+        }
+        if parts.is_empty() {
+            parts.extend(keys.map(|row| format!("{} = …", row.name)).take(1));
+        }
+        format!("{{ {} }}", parts.join(", "))
+    }
+}
+
 /// All of them, read once.
 static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
     let schema = Model::schema();
@@ -137,6 +155,16 @@ impl Section {
         let mut kinds = rows().filter(|row| row.name == key).filter_map(|row| row.kind.as_deref());
         let first = kinds.next()?;
         kinds.all(|kind| kind == first).then_some(first)
+    }
+
+    /// How the table of a key is written: `{ stiffness = … }`.
+    pub(crate) fn table_form(&self, key: &str) -> Option<String> {
+        let is_own = |path: &String| path.rsplit('.').next() == Some(key);
+        let is_named = |path: &String| path.strip_suffix(".NAME").is_some_and(|own| own == key);
+        let of = |is: &dyn Fn(&String) -> bool| {
+            self.tables.iter().find(|table| table.of.iter().any(is)).map(Table::form)
+        };
+        of(&is_own).or_else(|| Some(format!("{{ NAME = {} }}", of(&is_named)?)))
     }
 
     /// The only section with a key of this name.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::ModelError;
 
 /// The examples of all sections are one valid model.
 #[test]
@@ -52,4 +53,41 @@ fn page_of_loads() {
     insta::assert_snapshot!("load_text", Section::of("load").unwrap().text());
     insta::assert_snapshot!("load_markdown", Section::of("load").unwrap().markdown());
     assert_eq!(Section::of("loads"), None);
+}
+
+/// A value that is no table, where one belongs, is answered with how it is written; entries of a
+/// list are never taken for keys in their order.
+#[test]
+fn what_is_no_table_is_answered_with_one() {
+    let foreign = ["struct", "enum", "variant", "map,", "sequence", "floating point"];
+    let mut tried = 0;
+    for section in Section::names().filter_map(Section::of) {
+        let mut tag = String::new();
+        for row in &section.tables[0].rows {
+            if row.name.starts_with("type = ") {
+                tag = format!("{}\n", row.name);
+            }
+            if row.kind.as_deref() != Some("table") {
+                continue;
+            }
+            for value in ["3.0", "2", "\"word\"", "true", "[1.0, 2.0]"] {
+                if value.starts_with('[') && !tag.is_empty() {
+                    continue; // a buffer takes its entries for keys in their order
+                }
+                let text = format!("{}\n{tag}{} = {value}\n", section.heading(), row.name);
+                let ModelError::Invalid(all) = Model::from_toml(&text).unwrap_err() else {
+                    panic!("{text}")
+                };
+                let said = all.iter().find(|own| own.message.ends_with("expected a table"));
+                let said = said.unwrap_or_else(|| panic!("{text}{all:#?}"));
+                assert!(!foreign.iter().any(|word| said.message.contains(word)), "{text}{said}");
+                let help = said.help.as_deref().unwrap_or_default();
+                let form = help.strip_prefix(&format!("write `{} = {{ ", row.name));
+                assert!(form.is_some_and(|form| !form.starts_with('…')), "{text}{said}: {help}");
+                tried += 1;
+            }
+        }
+    }
+    println!("{tried} values");
+    assert!(tried > 100, "{tried}");
 }

@@ -1,7 +1,7 @@
 //! Messages of serde in the words of model files, with the nearest of the expected keys.
 
 use super::problem::nearest;
-use super::strict::wrong_length;
+use super::strict::{TABLE, wrong_length};
 use super::syntax::number_help;
 use super::wishes;
 use crate::reference::Section;
@@ -160,6 +160,26 @@ fn list_expected(message: &str, kind: Option<&str>) -> (String, Option<String>) 
     (message, Some(format!("write a list such as {example}")))
 }
 
+/// What serde expects where a table belongs; that with a `type` is read through a buffer.
+const TABLES: [&str; 5] =
+    [TABLE, "struct ", "a map", "internally tagged enum ", "variant identifier"];
+
+/// What was found where a table belongs.
+pub(crate) fn no_table(message: &str) -> Option<&str> {
+    let (found, expected) = message.split_once(", expected ")?;
+    TABLES.iter().any(|own| expected.starts_with(own)).then_some(found)
+}
+
+/// What serde says of a value that is no table, where one belongs.
+fn table_expected(found: &str, path: &str) -> (String, Option<String>) {
+    let key = path.rsplit('.').next().unwrap_or(path);
+    let key = key.split('[').next().unwrap_or(key);
+    let section = path.split(['.', '[']).next().and_then(Section::of);
+    let form = section.and_then(|own| own.table_form(key)).unwrap_or_else(|| "{ NAME = … }".to_owned());
+    let found = found.replace("floating point", "number").replace("integer", "number");
+    (format!("{found}, expected {TABLE}"), Some(format!("write `{key} = {form}`")))
+}
+
 /// serde's words about the value at a path in ours, with the nearest of the expected ones.
 pub(crate) fn reworded(message: &str, path: &str) -> (String, Option<String>) {
     let words: Vec<&str> = quoted(message).collect();
@@ -187,6 +207,11 @@ pub(crate) fn reworded(message: &str, path: &str) -> (String, Option<String>) {
             (message, Some(help))
         }
         _ => {
+            let message = &message.replace("invalid type: map", "invalid type: table");
+            let message = &message.replace("invalid type: sequence", "invalid type: list");
+            if let Some(found) = no_table(message) {
+                return table_expected(found, path);
+            }
             if message.ends_with("expected a sequence") {
                 return list_expected(message, kind_at(path).as_deref());
             }

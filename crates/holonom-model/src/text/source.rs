@@ -15,7 +15,9 @@ use super::key_path::below;
 use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, ModelError, Problem, nearest};
-use super::reworded::{buffered_length, quoted, reworded, suggestion_of_key, text_instead};
+use super::reworded::{
+    buffered_length, no_table, quoted, reworded, suggestion_of_key, text_instead,
+};
 use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of};
 use super::syntax;
@@ -220,7 +222,9 @@ impl<'i> Document<'i> {
             Err(error) => {
                 let mut span = error.span.unwrap_or_else(|| value.span());
                 if span == value.span() {
-                    span = meant(value, &error.message).unwrap_or(span);
+                    let place = meant(value, &error.message)
+                        .or_else(|| no_table_at(path, value, &error.message));
+                    span = place.unwrap_or(span);
                 }
                 if let Some(table) = table_with_key(value, &span) {
                     problems.extend(self.unknown_keys(path, table, &error.message));
@@ -458,6 +462,18 @@ fn meant(value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
         _ => None,
     };
     first_place(value, &place)
+}
+
+/// The place of what is no table where one belongs, likewise.
+fn no_table_at(path: &str, value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
+    no_table(message)?;
+    let section = Section::of(path.split(['.', '[']).next()?)?;
+    let DeValue::Table(table) = value.get_ref() else { return None };
+    let is_meant = |(key, value): &(&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
+        let is_table = matches!(value.get_ref(), DeValue::Table(_));
+        !is_table && section.kind_of(key.get_ref()) == Some("table")
+    };
+    table.iter().find(is_meant).map(|(_, value)| value.span())
 }
 
 /// The first place that a search finds in a value, or else in what it holds.

@@ -15,6 +15,9 @@ use serde::forward_to_deserialize_any;
 use toml::Spanned;
 use toml::de::{DeFloat, DeInteger, DeTable, DeValue};
 
+/// What is expected where a table belongs.
+pub(crate) const TABLE: &str = "a table";
+
 /// Why a value cannot be read, and where it stands.
 #[derive(Debug)]
 pub(crate) struct ReadError {
@@ -88,6 +91,29 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
         self.deserialize_tuple(expected, visitor)
     }
 
+    /// Never by the order of the keys: entries of a list have no names.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _name: &'static str,
+        _fields: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, ReadError> {
+        self.deserialize_map(visitor)
+    }
+
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
+        let found = match self.0.get_ref() {
+            DeValue::String(text) => format!("string {text:?}"),
+            DeValue::Integer(number) => format!("number `{}`", number.as_str()),
+            DeValue::Float(number) => format!("number `{}`", number.as_str()),
+            DeValue::Boolean(truth) => format!("boolean `{truth}`"),
+            DeValue::Array(_) => "list".to_owned(),
+            DeValue::Datetime(_) | DeValue::Table(_) => return self.deserialize_any(visitor),
+        };
+        let error = ReadError::custom(format!("invalid type: {found}, expected {TABLE}"));
+        Err(error.at(&self.0.span()))
+    }
+
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
         visitor.visit_some(self)
     }
@@ -120,7 +146,7 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
 
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
-        unit_struct seq map struct identifier ignored_any
+        unit_struct seq identifier ignored_any
     }
 }
 
