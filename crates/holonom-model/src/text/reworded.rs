@@ -175,7 +175,8 @@ fn table_expected(found: &str, path: &str) -> (String, Option<String>) {
     let key = path.rsplit('.').next().unwrap_or(path);
     let key = key.split('[').next().unwrap_or(key);
     let section = path.split(['.', '[']).next().and_then(Section::of);
-    let form = section.and_then(|own| own.table_form(key)).unwrap_or_else(|| "{ NAME = … }".to_owned());
+    let form =
+        section.and_then(|own| own.table_form(key)).unwrap_or_else(|| "{ NAME = … }".to_owned());
     let found = found.replace("floating point", "number").replace("integer", "number");
     (format!("{found}, expected {TABLE}"), Some(format!("write `{key} = {form}`")))
 }
