@@ -157,6 +157,12 @@ impl Section {
         kinds.all(|kind| kind == first).then_some(first)
     }
 
+    /// Whether a key of the section itself has a table, whatever the type.
+    pub(crate) fn has_table(&self, key: &str) -> bool {
+        let mut rows = self.tables[0].rows.iter().filter(|row| row.name == key).peekable();
+        rows.peek().is_some() && rows.all(|row| row.kind.as_deref() == Some("table"))
+    }
+
     /// How the table of a key is written: `{ stiffness = … }`.
     pub(crate) fn table_form(&self, key: &str) -> Option<String> {
         let is_own = |path: &String| path.rsplit('.').next() == Some(key);

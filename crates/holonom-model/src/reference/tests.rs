@@ -70,10 +70,7 @@ fn what_is_no_table_is_answered_with_one() {
             if row.kind.as_deref() != Some("table") {
                 continue;
             }
-            for value in ["3.0", "2", "\"word\"", "true", "[1.0, 2.0]"] {
-                if value.starts_with('[') && !tag.is_empty() {
-                    continue; // a buffer takes its entries for keys in their order
-                }
+            for value in ["3.0", "2", "\"word\"", "true", "[1.0, 2.0]", "[\"arc\", 1.0, 2.0]"] {
                 let text = format!("{}\n{tag}{} = {value}\n", section.heading(), row.name);
                 let ModelError::Invalid(all) = Model::from_toml(&text).unwrap_err() else {
                     panic!("{text}")

@@ -165,7 +165,7 @@ const TABLES: [&str; 5] =
     [TABLE, "struct ", "a map", "internally tagged enum ", "variant identifier"];
 
 /// What was found where a table belongs.
-pub(crate) fn no_table(message: &str) -> Option<&str> {
+fn no_table(message: &str) -> Option<&str> {
     let (found, expected) = message.split_once(", expected ")?;
     TABLES.iter().any(|own| expected.starts_with(own)).then_some(found)
 }

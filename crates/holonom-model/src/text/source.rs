@@ -15,11 +15,9 @@ use super::key_path::below;
 use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, ModelError, Problem, nearest};
-use super::reworded::{
-    buffered_length, no_table, quoted, reworded, suggestion_of_key, text_instead,
-};
+use super::reworded::{buffered_length, quoted, reworded, suggestion_of_key, text_instead};
 use super::sections::{LISTS, PARAMETERS, TABLES};
-use super::strict::{Strict, list_of};
+use super::strict::{Strict, list_of, no_table};
 use super::syntax;
 use super::tangents::{ParameterTangent, tangents};
 use super::wishes;
@@ -217,14 +215,17 @@ impl<'i> Document<'i> {
         value: &Spanned<DeValue<'i>>,
         problems: &mut Vec<Problem>,
     ) -> Option<T> {
+        let misplaced = self.no_tables(path, value);
+        if !misplaced.is_empty() {
+            problems.extend(misplaced);
+            return None;
+        }
         match T::deserialize(Strict(value)) {
             Ok(entry) => Some(entry),
             Err(error) => {
                 let mut span = error.span.unwrap_or_else(|| value.span());
                 if span == value.span() {
-                    let place = meant(value, &error.message)
-                        .or_else(|| no_table_at(path, value, &error.message));
-                    span = place.unwrap_or(span);
+                    span = meant(value, &error.message).unwrap_or(span);
                 }
                 if let Some(table) = table_with_key(value, &span) {
                     problems.extend(self.unknown_keys(path, table, &error.message));
@@ -241,6 +242,25 @@ impl<'i> Document<'i> {
                 None
             }
         }
+    }
+
+    /// What is no table, where the keys of a section have one: tables with a `type` are read through
+    /// a buffer, which takes entries of a list for keys in their order.
+    fn no_tables(&self, path: &str, value: &Spanned<DeValue<'i>>) -> Vec<Problem> {
+        let section = path.split(['.', '[']).next().and_then(Section::of);
+        let (Some(section), DeValue::Table(table)) = (section, value.get_ref()) else {
+            return Vec::new();
+        };
+        let problem = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
+            let value = Some(value).filter(|_| section.has_table(key.get_ref()))?;
+            let message = no_table(value.get_ref())?;
+            let key = self.path_at(path, &value.span());
+            let (message, help) = reworded(&message, &key);
+            let mut problem = Problem::new(key, message).at(self.inside(value.span()));
+            problem.help = help;
+            Some(problem)
+        };
+        table.iter().filter_map(problem).collect()
     }
 
     /// All keys of a table that serde's message does not list.
@@ -462,18 +482,6 @@ fn meant(value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
         _ => None,
     };
     first_place(value, &place)
-}
-
-/// The place of what is no table where one belongs, likewise.
-fn no_table_at(path: &str, value: &Spanned<DeValue<'_>>, message: &str) -> Option<Range<usize>> {
-    no_table(message)?;
-    let section = Section::of(path.split(['.', '[']).next()?)?;
-    let DeValue::Table(table) = value.get_ref() else { return None };
-    let is_meant = |(key, value): &(&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
-        let is_table = matches!(value.get_ref(), DeValue::Table(_));
-        !is_table && section.kind_of(key.get_ref()) == Some("table")
-    };
-    table.iter().find(is_meant).map(|(_, value)| value.span())
 }
 
 /// The first place that a search finds in a value, or else in what it holds.

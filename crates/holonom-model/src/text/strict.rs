@@ -102,16 +102,10 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
-        let found = match self.0.get_ref() {
-            DeValue::String(text) => format!("string {text:?}"),
-            DeValue::Integer(number) => format!("number `{}`", number.as_str()),
-            DeValue::Float(number) => format!("number `{}`", number.as_str()),
-            DeValue::Boolean(truth) => format!("boolean `{truth}`"),
-            DeValue::Array(_) => "list".to_owned(),
-            DeValue::Datetime(_) | DeValue::Table(_) => return self.deserialize_any(visitor),
-        };
-        let error = ReadError::custom(format!("invalid type: {found}, expected {TABLE}"));
-        Err(error.at(&self.0.span()))
+        match no_table(self.0.get_ref()) {
+            Some(message) => Err(ReadError::custom(message).at(&self.0.span())),
+            None => self.deserialize_any(visitor),
+        }
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, ReadError> {
@@ -148,6 +142,20 @@ impl<'de> Deserializer<'de> for Strict<'_, '_> {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
         unit_struct seq identifier ignored_any
     }
+}
+
+/// What is wrong with a value where a table belongs; `None` of a table.
+pub(crate) fn no_table(value: &DeValue<'_>) -> Option<String> {
+    let found = match value {
+        DeValue::String(text) => format!("string {text:?}"),
+        DeValue::Integer(number) => format!("number `{}`", number.as_str()),
+        DeValue::Float(number) => format!("number `{}`", number.as_str()),
+        DeValue::Boolean(truth) => format!("boolean `{truth}`"),
+        DeValue::Array(_) => "list".to_owned(),
+        DeValue::Datetime(_) => "date".to_owned(),
+        DeValue::Table(_) => return None,
+    };
+    Some(format!("invalid type: {found}, expected {TABLE}"))
 }
 
 fn whole(number: &DeInteger<'_>) -> Result<i64, ReadError> {
