@@ -88,3 +88,26 @@ fn what_is_no_table_is_answered_with_one() {
     println!("{tried} values");
     assert!(tried > 100, "{tried}");
 }
+
+/// The same of tables within tables, and of entries of lists of tables.
+#[test]
+fn what_is_no_table_within_one_is_answered_with_one() {
+    for (text, key, form) in [
+        (
+            "[[beam]]\nsection = { material = [1.0, 2.0] }\n",
+            "beam[0].section.material",
+            "material = { ",
+        ),
+        ("[[joint]]\nfriction = { model = 3.0 }\n", "joint[0].friction.model", "model = { type"),
+        ("[[body]]\ncollision = [[1.0, 2.0]]\n", "body[0].collision[0]", "collision = [{ type"),
+    ] {
+        let ModelError::Invalid(all) = Model::from_toml(text).unwrap_err() else {
+            panic!("{text}")
+        };
+        let said = all.iter().find(|own| own.message.ends_with("expected a table"));
+        let said = said.unwrap_or_else(|| panic!("{text}{all:#?}"));
+        let help = said.help.as_deref().unwrap_or_default();
+        println!("{said}: {help}");
+        assert!(said.key == key && help.starts_with(&format!("write `{form}")), "{said}: {help}");
+    }
+}

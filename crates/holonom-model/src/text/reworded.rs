@@ -172,11 +172,15 @@ fn no_table(message: &str) -> Option<&str> {
 
 /// What serde says of a value that is no table, where one belongs.
 fn table_expected(found: &str, path: &str) -> (String, Option<String>) {
-    let key = path.rsplit('.').next().unwrap_or(path);
-    let key = key.split('[').next().unwrap_or(key);
+    let entry = path.rsplit('.').next().unwrap_or(path);
+    let (key, is_listed) = match entry.split_once('[') {
+        Some((key, _)) => (key, true),
+        None => (entry, false),
+    };
     let section = path.split(['.', '[']).next().and_then(Section::of);
     let form =
         section.and_then(|own| own.table_form(key)).unwrap_or_else(|| "{ NAME = … }".to_owned());
+    let form = if is_listed { format!("[{form}]") } else { form };
     let found = found.replace("floating point", "number").replace("integer", "number");
     (format!("{found}, expected {TABLE}"), Some(format!("write `{key} = {form}`")))
 }
