@@ -111,3 +111,13 @@ fn what_is_no_table_within_one_is_answered_with_one() {
         assert!(said.key == key && help.starts_with(&format!("write `{form}")), "{said}: {help}");
     }
 }
+
+/// A table where a list of tables belongs, of a part without a name.
+#[test]
+fn a_list_of_tables_is_said_to_be_one() {
+    let text = "[[body]]\ncollision = { type = \"box\" }\n";
+    let ModelError::Invalid(all) = Model::from_toml(text).unwrap_err() else { panic!("{text}") };
+    let said = all.iter().find(|own| own.key == "body[0].collision").unwrap();
+    assert_eq!(said.message, "invalid type: table, expected a list of tables");
+    assert_eq!(said.help.as_deref(), Some("write a list such as [{ … }, { … }]"));
+}

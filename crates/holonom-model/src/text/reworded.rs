@@ -142,9 +142,14 @@ pub(crate) fn text_for_number(message: &str) -> Option<&str> {
     ["f64", "u64", "u32", "usize", "a number"].contains(&expected).then_some(text)
 }
 
+/// The section of a path, whose part may have no name: `body[0].mass`.
+pub(crate) fn section_at(path: &str) -> Option<&'static Section> {
+    path.split(['.', '[']).next().and_then(Section::of)
+}
+
 /// The type of the key at a path, in words.
 fn kind_at(path: &str) -> Option<String> {
-    let section = Section::of(path.split('.').next()?)?;
+    let section = section_at(path)?;
     section.kind_of(path.rsplit('.').next()?).map(str::to_owned)
 }
 
@@ -177,7 +182,7 @@ fn table_expected(found: &str, path: &str) -> (String, Option<String>) {
         Some((key, _)) => (key, true),
         None => (entry, false),
     };
-    let section = path.split(['.', '[']).next().and_then(Section::of);
+    let section = section_at(path);
     let form =
         section.and_then(|own| own.table_form(key)).unwrap_or_else(|| "{ NAME = … }".to_owned());
     let form = if is_listed { format!("[{form}]") } else { form };

@@ -15,7 +15,9 @@ use super::key_path::below;
 use super::overrides::{Override, set};
 use super::parameters;
 use super::problem::{MAX_PROBLEMS, ModelError, Problem, nearest};
-use super::reworded::{buffered_length, quoted, reworded, suggestion_of_key, text_instead};
+use super::reworded::{
+    buffered_length, quoted, reworded, section_at, suggestion_of_key, text_instead,
+};
 use super::sections::{LISTS, PARAMETERS, TABLES};
 use super::strict::{Strict, list_of, no_table};
 use super::syntax;
@@ -247,8 +249,7 @@ impl<'i> Document<'i> {
     /// What is no table, where the keys of a section have one: tables with a `type` are read through
     /// a buffer, which takes entries of a list for keys in their order.
     fn no_tables(&self, path: &str, value: &Spanned<DeValue<'i>>) -> Vec<Problem> {
-        let section = path.split(['.', '[']).next().and_then(Section::of);
-        let (Some(section), DeValue::Table(table)) = (section, value.get_ref()) else {
+        let (Some(section), DeValue::Table(table)) = (section_at(path), value.get_ref()) else {
             return Vec::new();
         };
         let problem = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
