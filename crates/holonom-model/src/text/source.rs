@@ -246,8 +246,8 @@ impl<'i> Document<'i> {
         }
     }
 
-    /// What is no table, where the keys of a section have one: tables with a `type` are read through
-    /// a buffer, which takes entries of a list for keys in their order.
+    /// What is no table, where the keys of a section have one: tables with a `type` are read
+    /// through a buffer, which takes entries of a list for keys in their order.
     fn no_tables(&self, path: &str, value: &Spanned<DeValue<'i>>) -> Vec<Problem> {
         let (Some(section), DeValue::Table(table)) = (section_at(path), value.get_ref()) else {
             return Vec::new();
