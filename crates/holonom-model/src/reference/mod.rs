@@ -97,16 +97,14 @@ const EXAMPLES: [(&str, &str); 25] = examples![
 impl Table {
     /// `{ stiffness = …, rest = … }`: a type, the keys that are required, or else the first one.
     fn form(&self) -> String {
-        let types = self.rows.iter().filter(|row| row.name.starts_with("type = "));
-        let keys = self.rows.iter().filter(|row| row.kind.is_some());
-        let first = types.map(|row| format!("{}, …", row.name)).next();
-        let mut parts: Vec<String> = first.into_iter().collect();
-        if parts.is_empty() {
-            let required = keys.clone().filter(|row| row.presence == Presence::Required);
-            parts.extend(required.map(|row| format!("{} = …", row.name)));
+        if let Some(tagged) = self.rows.iter().find(|row| row.name.starts_with("type = ")) {
+            return format!("{{ {}, … }}", tagged.name);
         }
+        let keys = || self.rows.iter().filter(|row| row.kind.is_some());
+        let required = keys().filter(|row| row.presence == Presence::Required);
+        let mut parts: Vec<String> = required.map(|row| format!("{} = …", row.name)).collect();
         if parts.is_empty() {
-            parts.extend(keys.map(|row| format!("{} = …", row.name)).take(1));
+            parts.extend(keys().next().map(|row| format!("{} = …", row.name)));
         }
         format!("{{ {} }}", parts.join(", "))
     }

@@ -166,13 +166,13 @@ fn list_expected(message: &str, kind: Option<&str>) -> (String, Option<String>) 
 }
 
 /// What serde expects where a table belongs; that with a `type` is read through a buffer.
-const TABLES: [&str; 5] =
+const TABLE_EXPECTED: [&str; 5] =
     [TABLE, "struct ", "a map", "internally tagged enum ", "variant identifier"];
 
 /// What was found where a table belongs.
-fn no_table(message: &str) -> Option<&str> {
+fn found_for_table(message: &str) -> Option<&str> {
     let (found, expected) = message.split_once(", expected ")?;
-    TABLES.iter().any(|own| expected.starts_with(own)).then_some(found)
+    TABLE_EXPECTED.iter().any(|own| expected.starts_with(own)).then_some(found)
 }
 
 /// What serde says of a value that is no table, where one belongs.
@@ -219,7 +219,7 @@ pub(crate) fn reworded(message: &str, path: &str) -> (String, Option<String>) {
         _ => {
             let message = &message.replace("invalid type: map", "invalid type: table");
             let message = &message.replace("invalid type: sequence", "invalid type: list");
-            if let Some(found) = no_table(message) {
+            if let Some(found) = found_for_table(message) {
                 return table_expected(found, path);
             }
             if message.ends_with("expected a sequence") {

@@ -236,14 +236,17 @@ impl<'i> Document<'i> {
                 if let Some((found, _)) = buffered_length(&error.message) {
                     span = list_of(value, found).unwrap_or(span);
                 }
-                let key = self.path_at(path, &span);
-                let (message, help) = reworded(&error.message, &key);
-                let mut problem = Problem::new(key, message).at(self.inside(span));
-                problem.help = help;
-                problems.push(problem);
+                problems.push(self.problem_at(path, &error.message, span));
                 None
             }
         }
+    }
+
+    /// A message of serde about what stands at a place of a part, in our words.
+    fn problem_at(&self, path: &str, message: &str, span: Range<usize>) -> Problem {
+        let key = self.path_at(path, &span);
+        let (message, help) = reworded(message, &key);
+        Problem { help, ..Problem::new(key, message).at(self.inside(span)) }
     }
 
     /// What is no table, where the keys of a section have one: tables with a `type` are read
@@ -254,12 +257,7 @@ impl<'i> Document<'i> {
         };
         let problem = |(key, value): (&Spanned<DeString<'_>>, &Spanned<DeValue<'_>>)| {
             let value = Some(value).filter(|_| section.has_table(key.get_ref()))?;
-            let message = no_table(value.get_ref())?;
-            let key = self.path_at(path, &value.span());
-            let (message, help) = reworded(&message, &key);
-            let mut problem = Problem::new(key, message).at(self.inside(value.span()));
-            problem.help = help;
-            Some(problem)
+            Some(self.problem_at(path, &no_table(value.get_ref())?, value.span()))
         };
         table.iter().filter_map(problem).collect()
     }
