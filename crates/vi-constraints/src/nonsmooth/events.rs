@@ -339,10 +339,10 @@ impl Nonsmooth {
                 && self.node.lifts(step.h < whole);
             let is_exhausted = self.options.method == Method::Events && events > 0 && !divides;
             counts.exhausted += u64::from(is_exhausted);
-        }
-        if divides && fixed {
-            self.close(state, false);
-            self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+            if divides {
+                self.close(state, false);
+                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+            }
         }
         if divides && let Some(to) = self.solve_to_touch(run, (sub_step, whole), state)? {
             sub_step = SubStep { h: to, t_end: state.t + to, ..step };
