@@ -1,10 +1,9 @@
 //! Gradients by numbers of beams and of relaxed starts against central differences of whole runs,
 //! and what is refused.
 
-use super::Wanted;
 use super::beam_models::{BLADE, CANTILEVER, CHAIN, FLYING, LINKAGE, ROPE};
+use super::comparison::{PATH, Seen, Worst, seen};
 use super::force_models::without_objectives;
-use super::force_tests::{PATH, Worst, sensing};
 use super::prepared::{Begin, Prepared};
 use super::tests::{changed, check, found};
 use crate::design;
@@ -234,7 +233,7 @@ fn rod(strain: &str, element: &str) -> String {
 /// Strains and section forces in the middle of an element, and between those of mean directors.
 #[test]
 fn sections_of_beams_agree_with_differences() {
-    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    let mut worst = Worst::default();
     for (strain, element, place, at) in [
         ("averaged", "helicoidal", "element = 1\n", ""),
         ("averaged", "helicoidal", "element = 2\n", PATH),
@@ -242,21 +241,14 @@ fn sections_of_beams_agree_with_differences() {
         ("mass_scaled", "second_order", "element = 0\n", PATH),
         ("averaged", "mean_directors", "at = 0.4\n", PATH),
     ] {
-        let text = rod(strain, element);
-        for kind in ["section_force", "strain"] {
-            for part in ["0", "2", "4"] {
-                let sensor = format!("type = \"{kind}\"\nof = \"rod\"\n{place}");
-                let what = format!("{kind} {part} of {element}, {strain}, {place}{at}");
-                worst.compare_within(&what, &sensing(&text, &sensor, part, at), &all, 1e-8);
-            }
-        }
+        println!("{element}, {strain}, {place}{at}");
+        let parts = &["0", "2", "4"];
+        let all = [("section_force", "rod", place, &parts[..]), ("strain", "rod", place, parts)];
+        worst.compare_all(&rod(strain, element), &seen(&all, at), [1e-8, 1e-11]);
     }
-    let wing = without_objectives(FLYING);
-    for (kind, part) in [("section_force", "3"), ("strain", "5")] {
-        let sensor = format!("type = \"{kind}\"\nof = \"wing\"\nelement = 1\n");
-        let text = sensing(&wing, &sensor, part, PATH);
-        worst.compare_within(&format!("{kind} of the wing"), &text, &all, 1e-8);
-    }
+    let first = "element = 1\n";
+    let all = [("section_force", "wing", first, &["3"][..]), ("strain", "wing", first, &["5"][..])];
+    worst.compare_all(&without_objectives(FLYING), &seen(&all, PATH), [1e-8, 1e-11]);
 }
 
 /// A load along the rod of which a parameter changes the history, and a weight that one changes.
@@ -279,7 +271,7 @@ fn soft(text: &str) -> String {
 /// Within an element the inertia of the beam, its weight and its loads enter.
 #[test]
 fn sections_within_elements_agree_with_differences() {
-    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    let mut worst = Worst::default();
     for (strain, element, place, at) in [
         ("averaged", "helicoidal", 0.35, ""),
         ("averaged", "helicoidal", 0.3, PATH),
@@ -289,26 +281,25 @@ fn sections_within_elements_agree_with_differences() {
         ("dissipative", "helicoidal", 0.35, PATH),
         ("dissipative", "helicoidal", 0.2, ""),
     ] {
-        let text = soft(&loaded(&rod(strain, element)));
-        for (kind, part) in [("section_force", "1"), ("section_force", "4"), ("strain", "2")] {
-            let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = {place}\n");
-            let what = format!("{kind} {part} of {element}, {strain}, at {place} {at}");
-            worst.compare_both(&what, &sensing(&text, &sensor, part, at), &all, APART);
-        }
+        println!("{element}, {strain}, at {place} {at}");
+        let place = format!("at = {place}\n");
+        let all = [
+            ("section_force", "rod", place.as_str(), &["1", "4"][..]),
+            ("strain", "rod", &place, &["2"]),
+        ];
+        worst.compare_all(&soft(&loaded(&rod(strain, element))), &seen(&all, at), APART);
     }
 }
 
 /// The same by the acceleration level of all nodes.
 #[test]
 fn sections_within_elements_in_galerkin_steps_agree_with_differences() {
-    let (mut worst, all) = (Worst::default(), Wanted::everything());
     let text = soft(&loaded(&rod("averaged", "helicoidal")));
     let text = changed(&text, &[("strain = \"averaged\"", "method = \"galerkin\", order = 4")]);
-    for (kind, part, at) in [("section_force", "4", ""), ("strain", "2", PATH)] {
-        let sensor = format!("type = \"{kind}\"\nof = \"rod\"\nat = 0.35\n");
-        let what = format!("{kind} {part} {at}");
-        worst.compare_both(&what, &sensing(&text, &sensor, part, at), &all, APART);
-    }
+    let place = "at = 0.35\n";
+    let mut all = seen(&[("section_force", "rod", place, &["4"])], "");
+    all.extend(seen(&[("strain", "rod", place, &["2"])], PATH));
+    Worst::default().compare_all(&text, &all, APART);
 }
 
 /// Strains are interpolated between the control points of a step, those of the midpoint rule are
@@ -329,14 +320,14 @@ fn sections_change_galerkin_steps() {
 /// bounds of tension that follow it.
 #[test]
 fn velocities_of_beams_agree_with_differences() {
-    let (mut worst, all) = (Worst::default(), Wanted::everything());
+    let mut worst = Worst::default();
     for (strain, element) in [
         ("mass_scaled", "helicoidal"),
         ("mass_scaled", "mean_directors"),
         ("dissipative", "helicoidal"),
     ] {
-        let text = soft(&loaded(&rod(strain, element)));
-        for (sensor, part, at) in [
+        println!("{strain}, {element}");
+        let all = [
             ("type = \"velocity\"\nof = \"rod.2\"\n", "2", PATH),
             ("type = \"angular_velocity\"\nof = \"rod.end\"\n", "1", ""),
             ("type = \"acceleration\"\nof = \"rod.3\"\n", "1", PATH),
@@ -346,14 +337,11 @@ fn velocities_of_beams_agree_with_differences() {
                 "",
                 PATH,
             ),
-        ] {
-            let what = format!("{sensor} {part}, {strain}, {element}, {at}");
-            worst.compare_both(&what, &sensing(&text, sensor, part, at), &all, APART);
-        }
+        ];
+        let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+        worst.compare_all(&soft(&loaded(&rod(strain, element))), &all, APART);
     }
-    let rope = without_objectives(ROPE);
-    for at in ["", PATH] {
-        let sensor = "type = \"velocity\"\nof = \"rope.2\"\n";
-        worst.compare_both(&format!("rope {at}"), &sensing(&rope, sensor, "0", at), &all, APART);
-    }
+    let all = [("velocity", "rope.2", "", &["0"][..])];
+    let all: Vec<_> = ["", PATH].into_iter().flat_map(|at| seen(&all, at)).collect();
+    worst.compare_all(&without_objectives(ROPE), &all, APART);
 }

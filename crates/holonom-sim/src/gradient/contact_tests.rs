@@ -1,9 +1,8 @@
 //! Gradients by the numbers of compliant contacts, elastic stops and smooth friction against
 //! central differences of whole runs, and what is refused.
 
-use super::Wanted;
+use super::comparison::{PATH, Seen, Worst, sensing};
 use super::force_models::without_objectives;
-use super::force_tests::{PATH, Worst, sensing};
 use super::tests::{changed, check, found};
 
 /// A pendulum with smooth friction that swings against an elastic stop.
@@ -161,18 +160,16 @@ fn laws_of_contacts_change_balls() {
 /// The number is that of the sensor, its derivatives are those of whole runs, forward as backward.
 #[test]
 fn forces_and_gaps_of_contacts_agree_with_differences() {
-    let (mut worst, all) = (Worst::default(), Wanted::everything());
     let text = without_objectives(&changed(BALLS, &[("end = 0.2", "end = 0.05")]));
-    for (sensor, part, at) in [
+    let all = [
         ("type = \"contact_force\"\nof = \"floor\"\n", "2", PATH),
         ("type = \"contact_force\"\nof = \"ball\"\n", "0", PATH),
         ("type = \"contact_force\"\nof = \"each other\"\n", "0", PATH),
         ("type = \"gap\"\nof = \"floor\"\n", "", PATH),
         ("type = \"gap\"\nof = \"each other\"\n", "", ""),
-    ] {
-        let text = sensing(&text, sensor, part, at);
-        worst.compare_within(&format!("{sensor} {part} {at}"), &text, &all, 1e-6);
-    }
+    ];
+    let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+    Worst::default().compare_all(&text, &all, [1e-6, 1e-11]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Gradients of sensors that need forces, orientations and accelerations: the number is that of
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
+use super::comparison::{PATH, Seen, Worst, seen, sensing};
 use super::force_models::{
     ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
     ORIENTATIONS, REACTIONS, READING, SLACK, THREADED, TUNED, TURNS, WORKS, conservative, far,
@@ -9,9 +10,8 @@ use super::force_models::{
 use super::prepared::{Begin, Prepared};
 use super::tests::FLYING;
 use super::tests::LINKAGE;
-use super::{GradientFailure, ModelGradient, Wanted, gradient};
+use super::{GradientFailure, Wanted, gradient};
 use crate::shown::Shown;
-use crate::simulation::Simulation;
 use crate::system::outside::Outside;
 use holonom_model::{Model, ModelError, ModelText};
 use std::path::Path;
@@ -21,289 +21,80 @@ use vi_control::identification::Reading;
 use vi_control::node::{Node, NodeQuantity, RateOf};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_core::Configuration;
-use vi_multibody::design::start;
 
-/// What is compared with.
-const TARGET: f64 = 0.3;
+/// Of derivatives and differences, and of forward and backward.
+const WITHIN: [f64; 2] = [1e-9, 1e-11];
 
-/// A model with a sensor, and an objective of one of its numbers.
-pub(super) fn sensing(text: &str, sensor: &str, part: &str, at: &str) -> String {
-    let dot = if part.is_empty() { "" } else { "." };
-    format!(
-        "{text}[[sensor]]\nname = \"seen\"\n{sensor}[[objective]]\nname = \"near\"\n\
-         type = \"sensor\"\nsensor = \"seen{dot}{part}\"\ntarget = {TARGET}\n{at}"
-    )
+/// Compares numbers of sensors, counted there.
+fn compare_all(text: &str, all: &[(&str, &str, &str, &[&str])], at: &str) {
+    Worst::default().compare_all(text, &seen(all, at), WITHIN);
 }
 
-pub(super) const PATH: &str = "at = \"path\"\n";
-
-/// `½ e²` of the number at the end or along the path, from the sensors of a run.
-pub(super) fn shown(text: &str) -> f64 {
-    let source = ModelText::from_text(Path::new("model.toml"), text);
-    let model = source.model(&[]).unwrap();
-    let read = model.objectives[0].sensor.clone().unwrap();
-    let mut run = Simulation::new(&model).unwrap();
-    let columns = run.sensors().columns();
-    let place = columns.iter().position(|own| own.name() == read).unwrap_or_else(|| {
-        let (name, part) = read.split_once('.').unwrap();
-        let first = columns.iter().position(|own| own.sensor == name).unwrap();
-        first + part.parse::<usize>().unwrap()
-    });
-    let all: Vec<f64> = run.samples().map(|own| own.unwrap().sensors[place]).collect();
-    let square = |y: f64| 0.5 * (y - TARGET) * (y - TARGET);
-    let last = square(all[all.len() - 1]);
-    match text.contains(PATH) {
-        false => last,
-        true => {
-            let sum: f64 = all.iter().map(|y| square(*y)).sum();
-            model.settings.step * (sum - 0.5 * (last + square(all[0])))
-        }
-    }
+/// The same at the end and along the path.
+fn compare_both(text: &str, all: &[(&str, &str, &str, &[&str])]) {
+    let both = [seen(all, ""), seen(all, PATH)];
+    Worst::default().compare_all(text, &both.into_iter().flatten().collect::<Vec<_>>(), WITHIN);
 }
 
-/// The worst of what is found apart of both: of values, and of derivatives by differences.
-#[derive(Default)]
-pub(super) struct Worst {
-    pub(super) value: f64,
-    pub(super) differences: f64,
-    pub(super) forward: f64,
-}
-
-/// All derivatives by tangents beside the run: by parameters, by coordinates and rates at the
-/// start, by each control as a whole.
-pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
-    let model = source.model(&[]).unwrap();
-    let (all, outside) = (Wanted::everything(), Outside::default());
-    let mut prepared = Prepared::new(&model, &[], (&[], &outside)).unwrap();
-    let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
-    prepared.depend(&[], &tangents).unwrap();
-    let begin = Begin::new(&mut prepared).unwrap();
-    let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
-    let mechanism = &prepared.system.mechanism;
-    let of = begin.of(&model, mechanism);
-    let run = prepared.simulation.integrator();
-    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
-    let coordinates = of.coordinates_with(&[]).unwrap();
-    let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
-    let (mass, rows, at) = (&begin.mass, begin.rows(), begin.at());
-    let starts = start::derivatives(mechanism, mass, rows, at, &plain, &[]).unwrap();
-    let mut directions = Vec::new();
-    for (k, (change, own)) in changes.iter().zip(&tangents).enumerate() {
-        let start = begin.tangent(run, change, Some(own));
-        directions.push(Direction { start, parameter: Some(k), ..Direction::default() });
-    }
-    for change in starts.coordinates.iter().chain(&starts.rates) {
-        directions.push(Direction::from(begin.tangent(run, change, None)));
-    }
-    let zero = begin.tangent(run, &start::StartTangent::zero(begin.q.len()), None);
-    for c in 0..model.controls.len() {
-        let row = |k: usize| f64::from(u8::from(k == c));
-        let row: Vec<f64> = (0..model.controls.len()).map(row).collect();
-        let controls = vec![row; prepared.steps];
-        directions.push(Direction { controls, ..Direction::from(zero.clone()) });
-    }
-    let objective = &prepared.costs.sum;
-    let beside = Beside { controls: &prepared.controls, design: Some(&design), objective };
-    let mut tangents = Sensitivities::new(run, model.settings.step, directions).unwrap();
-    for _ in 0..prepared.steps {
-        tangents.advance(run, beside).unwrap();
-    }
-    tangents.add_forces(run, beside, true).unwrap();
-    let mut rates = tangents.rates(beside, run.state());
-    let controls = rates.split_off(rates.len() - model.controls.len());
-    let initial = rates.split_off(changes.len());
-    [rates, initial, controls]
-}
-
-/// How far forward and backward are apart, relative to the largest derivative of a kind.
-pub(super) fn apart([parameters, initial, controls]: &[Vec<f64>; 3], of: &ModelGradient) -> f64 {
-    let by_start = of.initial.iter().map(|own| own.coordinate);
-    let by_start: Vec<f64> = by_start.chain(of.initial.iter().map(|own| own.rate)).collect();
-    let by_controls = of.controls.iter().map(|own| own.derivatives.iter().sum()).collect();
-    let by_parameters: Vec<f64> = of.parameters.iter().map(|own| own.derivative).collect();
-    let kinds = [(parameters, by_parameters), (initial, by_start), (controls, by_controls)];
-    let kind = |(forward, backward): (&Vec<f64>, Vec<f64>)| {
-        assert_eq!(forward.len(), backward.len());
-        let size = backward.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        let off = forward.iter().zip(&backward).map(|(a, b)| (a - b).abs());
-        if size == 0.0 { 0.0 } else { off.fold(0.0, f64::max) / size }
-    };
-    kinds.into_iter().map(kind).fold(0.0, f64::max)
-}
-
-impl Worst {
-    /// Compares a case, with all its derivatives.
-    pub(super) fn compare(&mut self, what: &str, text: &str, wanted: &Wanted) -> ModelGradient {
-        self.compare_within(what, text, wanted, 1e-9)
-    }
-
-    /// The same, derivatives within `allowed` of differences.
-    pub(super) fn compare_within(
-        &mut self,
-        what: &str,
-        text: &str,
-        wanted: &Wanted,
-        allowed: f64,
-    ) -> ModelGradient {
-        self.compare_both(what, text, wanted, [allowed, 1e-11])
-    }
-
-    /// The same, derivatives within these of differences and of those forward.
-    pub(super) fn compare_both(
-        &mut self,
-        what: &str,
-        text: &str,
-        wanted: &Wanted,
-        [allowed, between]: [f64; 2],
-    ) -> ModelGradient {
-        let source = ModelText::from_text(Path::new("model.toml"), text);
-        let model = source.model(&[]).unwrap_or_else(|error| panic!("{what}: {error}"));
-        let found = gradient(&source, &[], &model, wanted);
-        let mut found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
-        let shown = shown(text);
-        let off = (found.value - shown).abs() / shown;
-        found.check(&source, &[], &model, wanted).unwrap();
-        let apart = apart(&forward(&source), &found);
-        println!(
-            "{what}: J {shown:.6e}, off by {off:.1e}, differences apart by {:.1e}, forward by {apart:.1e}",
-            found.worst()
-        );
-        let raw = |own: &super::Check| {
-            let size = own.derivative.abs().max(own.difference.abs());
-            (own.derivative - own.difference).abs() / size
-        };
-        let raw = found.checks.iter().map(raw).fold(0.0, f64::max);
-        println!("    differences apart by {raw:.1e} with their rounding");
-        assert!(apart <= between, "{what}: {apart:e}");
-        self.forward = self.forward.max(apart);
-        assert!(!found.checks.is_empty() && found.value > 0.0, "{what}");
-        assert!(found.worst() <= allowed, "{what}: {:#?}", found.checks);
-        assert!(off <= 1e-12, "{what}: {} for {shown}", found.value);
-        self.value = self.value.max(off);
-        self.differences = self.differences.max(found.worst());
-        found
-    }
-}
-
-impl Drop for Worst {
-    fn drop(&mut self) {
-        let Self { value, differences, forward } = self;
-        println!("worst: values {value:.1e}, differences {differences:.1e}, forward {forward:.1e}");
-    }
-}
-
-/// Compares all efforts, counted there.
-fn compare_efforts(at: &str) {
-    let (mut worst, held) = (Worst::default(), held());
-    for (kind, of, parts) in EFFORTS {
-        let sensor = format!("type = \"{kind}\"\nof = \"{of}\"\n");
-        let text = if ["soft", "follows"].contains(&of) { &held } else { FORCES };
-        for part in parts {
-            let text = sensing(text, &sensor, part, at);
-            worst.compare(&format!("{kind} of {of}.{part}"), &text, &Wanted::everything());
-        }
+#[test]
+fn efforts_agree_with_differences() {
+    let held = held();
+    for (text, of_held) in [(FORCES, false), (&held, true)] {
+        let own = EFFORTS.iter().filter(|own| ["soft", "follows"].contains(&own.1) == of_held);
+        let own: Vec<_> = own.map(|(kind, of, parts)| (*kind, *of, "", *parts)).collect();
+        compare_both(text, &own);
     }
     // of the first the control changes nothing, or next to nothing where a bushing reads its joint
     let held_loads = LOADS.replace("*length", "*0.8");
     for text in [format!("{FORCES}{LOADS}"), format!("{held}{held_loads}")] {
-        for of in ["push", "weighs"] {
-            let sensor = format!("type = \"power\"\nof = \"{of}\"\n");
-            let text = sensing(&text, &sensor, "", at);
-            worst.compare(&format!("power of {of}"), &text, &Wanted::everything());
-        }
+        compare_both(&text, &["push", "weighs"].map(|of| ("power", of, "", &[""][..])));
     }
-    let linkage = without_objectives(LINKAGE);
-    for (text, of, part) in
-        [(&linkage, "pin", "damper"), (&linkage, "pivot", "spring"), (&far(), "far", "")]
-    {
-        let sensor = format!("type = \"effort\"\nof = \"{of}\"\n");
-        let text = sensing(text, &sensor, part, at);
-        worst.compare(&format!("effort of {of}.{part}"), &text, &Wanted::everything());
-    }
+    let of_loop = [("pin", "damper"), ("pivot", "spring")];
+    let of_loop =
+        of_loop.each_ref().map(|(of, part)| ("effort", *of, "", std::slice::from_ref(part)));
+    compare_both(&without_objectives(LINKAGE), &of_loop);
+    compare_both(&far(), &[("effort", "far", "", &[""])]);
 }
 
-#[test]
-fn efforts_at_the_end_agree_with_differences() {
-    compare_efforts("");
-}
-
-#[test]
-fn efforts_along_the_path_agree_with_differences() {
-    compare_efforts(PATH);
-}
-
-/// Compares all works, counted there.
-fn compare_works(text: &str, at: &str) {
-    let mut worst = Worst::default();
-    for (of, parts) in WORKS {
-        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
-        for part in parts {
-            let text = sensing(text, &sensor, part, at);
-            worst.compare(&format!("work of {of}.{part} {at}"), &text, &Wanted::everything());
-        }
-    }
+/// All works, counted there.
+fn works() -> Vec<(&'static str, &'static str, &'static str, &'static [&'static str])> {
+    WORKS.iter().map(|(of, parts)| ("work", *of, "", *parts)).collect()
 }
 
 /// Along the path the work up to each node counts.
 #[test]
 fn works_agree_with_differences() {
-    let text = format!("{FORCES}{LOADS}{DRAGGED}");
-    compare_works(&text, "");
-    compare_works(&text, PATH);
+    compare_both(&format!("{FORCES}{LOADS}{DRAGGED}"), &works());
 }
 
 /// In Galerkin steps works are sums over their Gauss nodes.
 #[test]
 fn works_in_galerkin_steps_agree_with_differences() {
     let text = without_controls(&format!("{FORCES}{LOADS}{DRAGGED}"));
-    let text = by(&text, "method = \"galerkin\"\norder = 4\n");
-    compare_works(&text, "");
-    let mut worst = Worst::default();
-    for (of, part) in [("shoulder", "damper"), ("tie", ""), ("mount", ""), ("pulls", "")] {
-        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
-        let text = sensing(&text, &sensor, part, PATH);
-        worst.compare(&format!("work of {of}.{part}"), &text, &Wanted::everything());
-    }
+    compare_both(&by(&text, "method = \"galerkin\"\norder = 4\n"), &works());
 }
 
 /// In sub-steps, in a closed loop, and in one expression with other numbers.
 #[test]
 fn works_of_other_runs_agree_with_differences() {
-    let mut worst = Worst::default();
     let loops = without_objectives(LINKAGE);
+    compare_both(&loops, &[("work", "pin", "", &["damper"]), ("work", "pivot", "", &["spring"])]);
     let free = by(&without_controls(&conservative()), "order = 4\n");
-    let held = held();
-    for (text, of, part) in [
-        (&loops, "pin", "damper"),
-        (&loops, "pivot", "spring"),
-        (&free, "shoulder", "spring"),
-        (&free, "tie", ""),
-        (&far(), "far", ""),
-        (&held, "soft", ""),
-        (&held, "follows", ""),
-    ] {
-        let sensor = format!("type = \"work\"\nof = \"{of}\"\n");
-        for at in ["", PATH] {
-            let text = sensing(text, &sensor, part, at);
-            worst.compare(&format!("work of {of}.{part} {at}"), &text, &Wanted::everything());
-        }
-    }
+    compare_both(&free, &[("work", "shoulder", "", &["spring"]), ("work", "tie", "", &[""])]);
+    compare_both(&far(), &[("work", "far", "", &[""])]);
+    compare_both(&held(), &[("work", "soft", "", &[""]), ("work", "follows", "", &[""])]);
     let more = "[[sensor]]\nname = \"done\"\ntype = \"work\"\nof = \"shoulder\"\n\
                 [[sensor]]\nname = \"felt\"\ntype = \"acceleration\"\nof = \"lower\"\n\
                 [[sensor]]\nname = \"held\"\ntype = \"work\"\nof = \"tie\"\n";
-    let sensor = "type = \"expression\"\nvalue = \"done.motor*held + k*felt.x*done.spring\"\n";
-    for at in ["", PATH] {
-        let text = sensing(&format!("{FORCES}{more}"), sensor, "", at);
-        worst.compare(&format!("expression {at}"), &text, &Wanted::everything());
-    }
+    let value = "value = \"done.motor*held + k*felt.x*done.spring\"\n";
+    compare_both(&format!("{FORCES}{more}"), &[("expression", "", value, &[""])]);
 }
 
 /// Of what reads signals with states, which are internal variables of the run.
 #[test]
 fn sensors_beside_signals_with_states_agree_with_differences() {
     let text = held() + LAGGING + SLACK;
-    compare_all(&text, &LAGS, "");
-    compare_all(&text, &LAGS, PATH);
+    compare_both(&text, &LAGS);
     let text = by(&without_controls(&text), "method = \"galerkin\"\norder = 4\n");
     compare_all(&text, &LAGS, "");
 }
@@ -434,36 +225,27 @@ fn times_of_jumps_are_refused() {
 #[test]
 fn numbers_of_signals_with_states_agree_with_differences() {
     let text = held() + TUNED + SLACK;
-    let of = |kinds: &[&str]| -> Vec<_> {
-        LAGS.into_iter().filter(|own| kinds.contains(&own.0)).collect()
+    let of = |kinds: &[&str], at| {
+        let own: Vec<_> = LAGS.into_iter().filter(|own| kinds.contains(&own.0)).collect();
+        seen(&own, at)
     };
-    compare_all(&text, &of(&["effort", "work", "joint_acceleration"]), "");
-    compare_all(&text, &of(&["power"]), PATH);
-    let shown = "value = \"k*slow + steers*slide.rate - c*bounded + shaped + charge\"\n";
-    compare_all(&text, &[("expression", "", shown, &[""])], PATH);
+    let shown = "type = \"expression\"\n\
+                 value = \"k*slow + steers*slide.rate - c*bounded + shaped + charge\"\n";
+    let mut all = of(&["effort", "work", "joint_acceleration"], "");
+    all.extend(of(&["power"], PATH));
+    all.push(Seen::new(shown, "", PATH));
+    Worst::default().compare_all(&text, &all, WITHIN);
 }
 
 #[test]
 fn orientations_agree_with_differences() {
-    let mut worst = Worst::default();
     let linkage = without_objectives(LINKAGE);
-    for (part, at) in [("w", ""), ("y", ""), ("y", PATH)] {
-        let text = sensing(&linkage, "type = \"orientation\"\nof = \"coupler\"\n", part, at);
-        worst.compare(&format!("coupler.{part} {at}"), &text, &Wanted::everything());
-    }
+    compare_both(&linkage, &[("orientation", "coupler", "", &["w", "y"])]);
     // beyond half a turn, where the sign of the quaternion is that of the motion; in sub-steps
     let spinning = without_objectives(FLYING).replace("[\"= spin\", 0.5", "[\"= 6*spin\", 0.5");
-    for (part, at) in [("w", ""), ("x", ""), ("w", PATH), ("z", PATH)] {
-        let text = sensing(&spinning, "type = \"orientation\"\nof = \"box\"\n", part, at);
-        worst.compare(&format!("spinning.{part} {at}"), &text, &Wanted::everything());
-    }
-    for (of, from) in ORIENTATIONS {
-        let sensor = format!("type = \"orientation\"\nof = \"{of}\"\n{from}");
-        for (part, at) in [("w", ""), ("1", PATH), ("y", ""), ("y", PATH), ("z", PATH)] {
-            let text = sensing(FORCES, &sensor, part, at);
-            worst.compare(&format!("{of}.{part} {from}{at}"), &text, &Wanted::everything());
-        }
-    }
+    compare_both(&spinning, &[("orientation", "box", "", &["w", "x", "z"])]);
+    let all = ORIENTATIONS.map(|(of, from)| ("orientation", of, from, &["w", "1", "y", "z"][..]));
+    compare_both(FORCES, &all);
 }
 
 /// What has no derivative is refused by the name of the sensor, with what to take instead.
@@ -493,38 +275,20 @@ fn by(text: &str, steps: &str) -> String {
     text.replace("[simulation]\n", &format!("[simulation]\n{steps}"))
 }
 
-/// Compares numbers of sensors, counted there.
-fn compare_all(text: &str, all: &[(&str, &str, &str, &[&str])], at: &str) {
-    let mut worst = Worst::default();
-    for (kind, of, more, parts) in all {
-        let of_what = if of.is_empty() { String::new() } else { format!("of = \"{of}\"\n") };
-        let sensor = format!("type = \"{kind}\"\n{of_what}{more}");
-        for part in *parts {
-            let text = sensing(text, &sensor, part, at);
-            worst.compare(&format!("{kind} of {of}.{part} {more}"), &text, &Wanted::everything());
-        }
-    }
-}
-
-/// Of trees and bars, at the end: by parameters, by the start, by controls that act in the steps
-/// on both sides of the node.
+/// Of trees and bars, by parameters, by the start, by controls: at the end those act in the steps on
+/// both sides of the node; along the path the first node has the multipliers of the acceleration
+/// level.
 #[test]
-fn reactions_at_the_end_agree_with_differences() {
-    compare_all(FORCES, &REACTIONS, "");
+fn reactions_agree_with_differences() {
+    compare_both(FORCES, &REACTIONS);
     let held =
         [("effort", "tether", "", &["effort"][..]), ("reaction", "other", "", &["fx", "fy"])];
-    compare_all(HELD, &held, "");
-    let driven = [("effort", "drives", "", &["effort"][..]), ("reaction", "rail", "", &["fy"])];
+    compare_both(HELD, &held);
+    let driven = [
+        ("effort", "drives", "", &["effort"][..]),
+        ("reaction", "rail", "frame = \"space\"\n", &["fx", "fz"]),
+    ];
     compare_all(&format!("{HELD}{DRIVEN}"), &driven, "");
-}
-
-/// Along the path: the first node has the multipliers of the acceleration level.
-#[test]
-fn reactions_along_the_path_agree_with_differences() {
-    compare_all(FORCES, &REACTIONS, PATH);
-    let held =
-        [("effort", "tether", "", &["effort"][..]), ("reaction", "other", "", &["fx", "fy"])];
-    compare_all(HELD, &held, PATH);
 }
 
 /// Of a redundant closed loop, whose components in the plane are unique.
@@ -537,8 +301,7 @@ fn reactions_of_a_loop_agree_with_differences() {
         ("reaction", "cut", "", &["fx", "fy"]),
         ("reaction", "pivot", "frame = \"child\"\n", &["fy"]),
     ];
-    compare_all(&linkage, &joints, "");
-    compare_all(&linkage, &joints, PATH);
+    compare_both(&linkage, &joints);
 }
 
 /// Of a tree of bodies alone, beside forces between them: on a thread, along whose coordinate a
@@ -567,11 +330,10 @@ fn forces_of_higher_order_agree_with_differences() {
     let still = linkage.replace("damper = { damping = 0.05 }\n", "");
     let (forces, free) = (FORCES.to_owned(), conservative());
     for (text, loops_of, steps) in [(&forces, &linkage, galerkin), (&free, &still, "order = 4\n")] {
-        for at in ["", PATH] {
-            compare_all(&by(text, steps), &[REACTIONS[0], REACTIONS[5], REACTIONS[6]], at);
-            compare_all(&by(text, steps), &[ACCELERATIONS[0], ACCELERATIONS[3]], at);
-            compare_all(&by(loops_of, steps), &loops, at);
-        }
+        let of_tree =
+            [REACTIONS[0], REACTIONS[5], REACTIONS[6], ACCELERATIONS[0], ACCELERATIONS[3]];
+        compare_both(&by(text, steps), &of_tree);
+        compare_both(&by(loops_of, steps), &loops);
     }
 }
 
@@ -582,44 +344,33 @@ const LOOP_ACCELERATIONS: [(&str, &str, &str, &[&str]); 3] = [
     ("joint_acceleration", "cut", "", &[""]),
 ];
 
-/// Also beside controls: the values of the last step act there.
-#[test]
-fn accelerations_at_the_end_agree_with_differences() {
-    compare_all(FORCES, &ACCELERATIONS, "");
-    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, "");
-}
-
 /// Of a hinge whose axis changes with a parameter.
 #[test]
 fn accelerations_about_an_axis_that_changes_agree_with_differences() {
     let text = FORCES.replace("axis = [0.0, 1.0, 0.2]", "axis = [0.0, 1.0, \"= 0.25*length\"]");
     assert_ne!(text, FORCES);
     let own = [("joint_acceleration", "shoulder", "", &[""][..])];
-    compare_all(&text, &own, "");
-    compare_all(&text, &own, PATH);
+    compare_both(&text, &own);
 }
 
 /// Of a ball joint whose axes change with a parameter.
 #[test]
 fn ball_joints_agree_with_differences() {
-    compare_all(BALLS, &TURNS, "");
-    compare_all(BALLS, &TURNS, PATH);
+    compare_both(BALLS, &TURNS);
 }
 
 /// Along the path: those of the steps on both sides of a node, at the ends of the run those of the
-/// acceleration level.
+/// acceleration level; beside controls the values of the last step act at the end.
 #[test]
-fn accelerations_along_the_path_agree_with_differences() {
-    compare_all(FORCES, &ACCELERATIONS, PATH);
-    compare_all(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS, PATH);
+fn accelerations_agree_with_differences() {
+    compare_both(FORCES, &ACCELERATIONS);
+    compare_both(&without_objectives(LINKAGE), &LOOP_ACCELERATIONS);
     // in one expression with rates and efforts
     let more = "[[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"lower\"\npoint = [0.1, 0.0, 0.1]\n\
                 [[sensor]]\nname = \"slides\"\ntype = \"joint_acceleration\"\nof = \"slide\"\n\
                 [[sensor]]\nname = \"works\"\ntype = \"effort\"\nof = \"tie\"\n";
-    let sensor =
-        "type = \"expression\"\nvalue = \"felt.ax*felt.gy + k*slides*works + c*slide.rate\"\n";
-    let text = sensing(&format!("{FORCES}{more}"), sensor, "", PATH);
-    Worst::default().compare("expression", &text, &Wanted::everything());
+    let value = "value = \"felt.ax*felt.gy + k*slides*works + c*slide.rate\"\n";
+    compare_all(&format!("{FORCES}{more}"), &[("expression", "", value, &[""])], PATH);
 }
 
 /// Expressions of forces, rates, efforts and orientations together.
@@ -630,14 +381,12 @@ fn expressions_of_forces_agree_with_differences() {
                 [[sensor]]\nname = \"works\"\ntype = \"effort\"\nof = \"tie\"\n\
                 [[sensor]]\nname = \"turned\"\ntype = \"orientation\"\nof = \"box\"\n";
     let text = without_controls(FORCES) + more;
-    let value = "sqrt(1 + pull.tension^2) + k*works*slide.rate + held.fx*turned.y - c*t*held.mx";
-    let mut worst = Worst::default();
-    let galerkin = "method = \"galerkin\"\norder = 4\n";
-    for (steps, at) in [("", ""), ("", PATH), (galerkin, PATH)] {
-        let sensor = format!("type = \"expression\"\nvalue = \"{value}\"\n");
-        let text = sensing(&by(&text, steps), &sensor, "", at);
-        worst.compare(&format!("expression {steps}{at}"), &text, &Wanted::everything());
-    }
+    let value = "value = \"sqrt(1 + pull.tension^2) + k*works*slide.rate + held.fx*turned.y \
+                 - c*t*held.mx\"\n";
+    let galerkin = by(&text, "method = \"galerkin\"\norder = 4\n");
+    let own = [("expression", "", value, &[""][..])];
+    compare_both(&text, &own);
+    compare_all(&galerkin, &own, PATH);
 }
 
 /// By the length of all steps at a fixed number of them, backward and forward, against runs with

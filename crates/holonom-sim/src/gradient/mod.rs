@@ -14,6 +14,8 @@ mod beam_tests;
 mod bushing_tests;
 mod check;
 #[cfg(test)]
+mod comparison;
+#[cfg(test)]
 mod contact_tests;
 pub(crate) mod equilibrium;
 #[cfg(test)]
