@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use holonom::model::Columns;
-use holonom::output::{Status, SummaryBuilder};
+use holonom::output::{ContactCounts, Status, SummaryBuilder};
 use holonom::report;
 use holonom::{
     AssemblyReport, Counts, Member, MemberKind, Model, Residuals, RunFailure, RunFolder,
@@ -112,6 +112,59 @@ fn the_page_shows_when_events_act() {
     assert_eq!(marks, 2, "the release and the end");
     let calm = include_str!("../../examples/models/pendulum.toml");
     assert!(!calm.contains("[[event]]"));
+}
+
+/// How often bodies hit one another, what that took out, and what held nearly.
+#[test]
+fn contacts_are_told() {
+    let of = |restitution: &str, change: &dyn Fn(&mut ContactCounts)| {
+        let text = format!(
+            "[model]\nname = \"ball\"\ngravity = [0.0, 0.0, -9.81]\n[simulation]\nstep = 0.01\n\
+             end = 0.5\n[[body]]\nname = \"ball\"\nposition = [0.0, 0.0, 0.6]\n\
+             shape = {{ type = \"sphere\", dimensions = [0.1], density = 900.0 }}\n[[contact]]\n\
+             name = \"floor\"\nb = \"ball\"\nrestitution = {restitution}\n\
+             a = {{ plane = {{ position = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] }} }}\n"
+        );
+        let model = Model::from_toml(&text).unwrap();
+        let folder = RunFolder::create(folder("told"), true).unwrap();
+        let mut simulation = holonom::Simulation::new(&model).unwrap();
+        holonom::run::run(&model, &mut simulation, &folder, &mut |_, _| {}).unwrap();
+        let mut summary = folder.summary().unwrap();
+        summary.contacts.iter_mut().for_each(change);
+        report::facts(&summary)
+    };
+    let finding = |facts: &[report::Fact], subject: &str| {
+        let found = facts.iter().find(|fact| fact.subject == subject).unwrap();
+        println!("{}", found.finding);
+        found.finding.clone()
+    };
+    // it falls 0.5 m: m g z is lost where nothing is thrown back
+    let facts = of("0.0", &|_| ());
+    let taken = 900.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3 * 9.81 * 0.5;
+    let words = finding(&facts, "contacts");
+    let told: f64 = words.split("; ").nth(2).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((told / taken - 1.0).abs() < 2e-3, "{told} J for {taken} J");
+    assert!(words.starts_with("at most 1 at once; 1 node at a first touch; "), "{words}");
+    assert!(finding(&facts, "energy").contains("work of forces, contacts and prescribed motions"));
+    let elastic = finding(&of("1.0", &|_| ()), "contacts");
+    let wanted =
+        "at most 1 at once; 1 node at a first touch; 1 impact with restitution; 0 J taken out";
+    assert_eq!(elastic, wanted);
+    let nearly = of("1.0", &|counts| {
+        (counts.guarded, counts.relaxed, counts.divided) = (3, 2, 1);
+        (counts.largest_deviation, counts.smallest_gap) = (2e-5, Some(-1.5e-6));
+    });
+    let words = finding(&nearly, "contacts");
+    for part in [
+        "gaps down to -1.5e-6 m or rad",
+        "restitution reduced at 3 nodes",
+        "1 node put between two steps",
+        "at 2 nodes beside Coulomb's law by up to 2.0e-5 m/s",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    let calm = run("still", 5, &RunOutcome::Done).summary().unwrap();
+    assert!(report::facts(&calm).iter().all(|fact| fact.subject != "contacts"));
 }
 
 #[test]

@@ -70,6 +70,7 @@ fn path(folder: &Path, name: &str) -> String {
 fn python(interpreter: &Path, folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(interpreter);
     command.args(arguments).current_dir(folder).env("PYTHONDONTWRITEBYTECODE", "1");
+    command.env("TMPDIR", folder); // where units are unpacked
     let answer = command.output().unwrap();
     let said = String::from_utf8_lossy(&answer.stderr).into_owned();
     println!("{}{said}", String::from_utf8_lossy(&answer.stdout));

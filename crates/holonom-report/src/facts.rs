@@ -1,7 +1,7 @@
 //! What was measured, in plain sentences.
 
 pub use holonom_sim::digits::rounded;
-use holonom_sim::output::{EnergySummary, Status, Summary};
+use holonom_sim::output::{ContactCounts, EnergySummary, Status, Summary};
 use holonom_sim::statics::StaticFacts;
 
 /// A larger residual at momentum level is an error of the scheme, `O(h²)`.
@@ -101,7 +101,7 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
         ("constraints", constraints),
         ("linear momentum", conserved(&summary.momentum.linear.components, "kg·m/s")),
         ("angular momentum", conserved(&summary.momentum.angular.components, "kg·m²/s")),
-        ("energy", energy_words(energy)),
+        ("energy", energy_words(energy, summary.contacts.is_some())),
         (
             "Newton iterations",
             format!("{:.2} per step on average, {} at most", newton.mean, iterations(newton.max)),
@@ -114,6 +114,9 @@ pub fn facts(summary: &Summary) -> Vec<Fact> {
             format!("; bound of the tension raised in {count} steps")
         });
         facts.insert(4, ("strains of beams", format!("{}{raised}", variant.name())));
+    }
+    if let Some(counts) = &summary.contacts {
+        facts.insert(4, ("contacts", contact_words(counts)));
     }
     if !summary.events.is_empty() {
         let words = |(name, count): (&String, &u64)| match count {
@@ -132,8 +135,36 @@ pub(super) fn iterations(count: f64) -> String {
     if count.fract() == 0.0 { format!("{count}") } else { format!("{count:.2}") }
 }
 
+/// How contacts, stops and dry friction acted, and what held nearly.
+fn contact_words(counts: &ContactCounts) -> String {
+    let nodes = |count: u64| counted(count, "node", "nodes");
+    let mut words = format!("at most {} at once", counts.most_contacts);
+    if counts.events > 0 {
+        words += &format!("; {} at a first touch", nodes(counts.events));
+    }
+    if counts.impacts > 0 {
+        words += &format!("; {} with restitution", counted(counts.impacts, "impact", "impacts"));
+    }
+    let taken = joules(counts.dissipated, counts.largest_work.abs());
+    words += &format!("; {taken} J taken out");
+    if let Some(gap) = counts.smallest_gap.filter(|gap| *gap < -ROUND_OFF) {
+        words += &format!("; gaps down to {} m or rad", number(gap));
+    }
+    if counts.guarded > 0 {
+        words += &format!("; restitution reduced at {}", nodes(counts.guarded));
+    }
+    if counts.divided > 0 {
+        words += &format!("; {} put between two steps", nodes(counts.divided));
+    }
+    if counts.relaxed > 0 {
+        let (nodes, speed) = (nodes(counts.relaxed), number(counts.largest_deviation));
+        words += &format!("; at {nodes} beside Coulomb's law by up to {speed} m/s");
+    }
+    words
+}
+
 /// Conservation, or energy against work.
-fn energy_words(energy: &EnergySummary) -> String {
+fn energy_words(energy: &EnergySummary, with_contacts: bool) -> String {
     let EnergySummary { initial, last, work, max_abs_error, .. } = *energy;
     let scale =
         [initial, last, work, max_abs_error].into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
@@ -146,9 +177,10 @@ fn energy_words(energy: &EnergySummary) -> String {
             number(drift)
         ),
         None => format!(
-            "{start} J initially, {} J at the end; work of forces and prescribed motions {} J, \
+            "{start} J initially, {} J at the end; work of forces{} and prescribed motions {} J, \
              difference {} J",
             joules(last),
+            if with_contacts { ", contacts" } else { "" },
             joules(work),
             number(energy.balance_error)
         ),

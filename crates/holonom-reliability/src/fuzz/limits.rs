@@ -2,6 +2,7 @@
 
 use super::targets::Answer;
 use crate::guard::guarded;
+use crate::scratch::ScratchFolder;
 use holonom::model::{Meshes, read_text};
 use holonom::{Model, ModelError, Override};
 use std::path::Path;
@@ -25,7 +26,9 @@ type Limit = (&'static str, Box<dyn Fn() -> Result<Model, ModelError> + Send>);
 /// All inputs, each with the answer to it.
 #[must_use]
 pub fn all() -> Vec<(&'static str, Answer)> {
-    let limits = texts().into_iter().chain(overrides()).chain(files()).chain(meshes());
+    let folder = ScratchFolder::new("limits");
+    let (files, meshes) = (files(folder.path()), meshes(folder.path()));
+    let limits = texts().into_iter().chain(overrides()).chain(files).chain(meshes);
     limits.map(|(name, read)| (name, answer(read))).collect()
 }
 
@@ -122,12 +125,10 @@ fn overrides() -> Vec<Limit> {
 }
 
 /// Things that are no files, or no text.
-fn files() -> Vec<Limit> {
-    let folder = std::env::temp_dir().join(format!("holonom-limits-{}", std::process::id()));
-    let _ = std::fs::create_dir_all(&folder); // where it cannot be made the answer is in words, too
+fn files(folder: &Path) -> Vec<Limit> {
     let file = |name: &str, bytes: &[u8]| {
         let path = folder.join(name);
-        let _ = std::fs::write(&path, bytes); // likewise
+        let _ = std::fs::write(&path, bytes); // where it cannot be written the answer is in words
         path
     };
     let latin = file("latin.toml", b"[model]\nname = \"\xe9\"\n");
@@ -139,7 +140,7 @@ fn files() -> Vec<Limit> {
         Box::new(move || read_text(&path).and_then(|text| Model::from_toml(&text)))
     };
     vec![
-        ("a directory", read(&folder)),
+        ("a directory", read(folder)),
         ("a named pipe that nobody writes to", read(&pipe)),
         ("text that is not UTF-8", read(&latin)),
         ("4096 zeros", read(&zeros)),
@@ -148,17 +149,14 @@ fn files() -> Vec<Limit> {
 }
 
 /// Files of meshes that are large, or no files.
-fn meshes() -> Vec<Limit> {
-    let folder = std::env::temp_dir().join(format!("holonom-limits-{}", std::process::id()));
+fn meshes(folder: &Path) -> Vec<Limit> {
     let read = |name: &'static str, file: &str, bytes: Vec<u8>| -> Limit {
-        // where it cannot be made the answer is in words, too
-        let _ = std::fs::create_dir_all(&folder);
         if !bytes.is_empty() {
             let _ = std::fs::write(folder.join(file), bytes); // likewise
         }
         let shape = format!("shape = {{ type = \"mesh\", file = \"{file}\", density = 1.0 }}\n");
         let text = MODEL.replace("mass = 1.0\ninertia = [1.0, 1.0, 1.0]\n", &shape);
-        let meshes = Meshes::in_folder(&folder);
+        let meshes = Meshes::in_folder(folder);
         (name, Box::new(move || Model::from_toml_in(&text, &[], meshes.clone())))
     };
     let pipe = folder.join("pipe.stl");

@@ -67,4 +67,5 @@ pub use summary::{
     Status, Summary, SummaryBuilder, larger,
 };
 pub use time_series::TimeSeries;
+pub use vi_core::contact_state::ContactCounts;
 pub use written::Written;
