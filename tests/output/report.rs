@@ -142,14 +142,13 @@ fn contacts_are_told() {
     let facts = of("0.0", &|_| ());
     let taken = 900.0 * 4.0 / 3.0 * std::f64::consts::PI * 1e-3 * 9.81 * 0.5;
     let words = finding(&facts, "contacts");
-    let told: f64 = words.split("; ").nth(2).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let told: f64 =
+        words.split("about ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
     assert!((told / taken - 1.0).abs() < 2e-3, "{told} J for {taken} J");
     assert!(words.starts_with("at most 1 at once; 1 node at a first touch; "), "{words}");
     assert!(finding(&facts, "energy").contains("work of forces, contacts and prescribed motions"));
     let elastic = finding(&of("1.0", &|_| ()), "contacts");
-    let wanted =
-        "at most 1 at once; 1 node at a first touch; 1 impact with restitution; 0 J taken out";
-    assert_eq!(elastic, wanted);
+    assert_eq!(elastic, "at most 1 at once; 1 node at a first touch; 1 impact with restitution");
     let nearly = of("1.0", &|counts| {
         (counts.guarded, counts.relaxed, counts.divided) = (3, 2, 1);
         (counts.largest_deviation, counts.smallest_gap) = (2e-5, Some(-1.5e-6));
