@@ -45,11 +45,12 @@ const FORCING: f64 = 1e-3;
 /// A change of velocities with which an exact solution is near, likewise.
 const NEAR: f64 = 1e-6;
 /// `ρ` of the first proximal step, and of that of more rows than a dense matrix has; by how much it
-/// grows with solutions that obey the laws, and the largest one.
+/// grows with solutions that obey the laws, and the largest one, of more rows another one.
 const FIRST: f64 = 10.0;
 const FIRST_OF_MANY: f64 = 1e3;
 const NEARER: f64 = 10.0;
 const LAST: f64 = 1e5;
+const LAST_OF_MANY: f64 = 1e4;
 /// By how much it shrinks where Coulomb's law has no solution that is found with a compliance.
 const SOFTER: f64 = 0.3;
 /// In so many solutions of a step impulses of more rows than a dense matrix has are looked for from
@@ -419,7 +420,8 @@ impl ActiveRows {
             let afresh = is_large && self.passes <= AFRESH;
             let within = rounding.max(least);
             let enough = own.within.max(least);
-            let repeated = Repeated { first: own.rho, within, enough, afresh };
+            let central = is_large && self.in_vain == 0; // laws do not contradict one another yet
+            let repeated = Repeated { first: own.rho, within, enough, afresh, central };
             own.solver.follow(cones, L, (w, repeated), found)
         };
         own.left = match solved {
@@ -434,7 +436,8 @@ impl ActiveRows {
         if !leads && !own.is_compliant {
             own.comply(lambda, speeds);
         } else if self.is_exact || suffices {
-            own.rho = (own.rho * NEARER).min(LAST);
+            let last = if is_large && !own.is_compliant { LAST_OF_MANY } else { LAST };
+            own.rho = (own.rho * NEARER).min(last);
         }
         if is_large {
             self.proximal.change = self.change();

@@ -12,8 +12,10 @@
 //! the solution from everywhere. That always exists, and is unique. From there Newton's method with
 //! `s` among the unknowns leads to Coulomb's law, or does not; then repeated steps follow `s`.
 //! Where the impulses that are given do not lead on, the interior point method for Coulomb's law
-//! finds ones near it from nowhere, and proximal steps go on from there. The matrix of a step is as
-//! sparse as the contacts between bodies. Sources: R. T. Rockafellar, SIAM J. Control Optim. 14
+//! finds ones near it from nowhere, and proximal steps go on from there. Of many contacts, whose
+//! states Newton's method changes few at a time, it begins next to the impulses that are given,
+//! where these are not yet near the laws. The matrix of a step is as sparse as the contacts between
+//! bodies. Sources: R. T. Rockafellar, SIAM J. Control Optim. 14
 //! (1976) 877–898; A. M. Castro, F. N. Permenter, X. Han, IEEE Trans. Robot. 39 (2023) 1301–1320;
 //! V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
 #![allow(non_snake_case)] // W, L, F, B
@@ -45,6 +47,15 @@ const NEARLY: f64 = 1e-7;
 const NEAR: f64 = 1e-5;
 const PATIENCE: usize = 16; // steps in a row that lead no nearer
 const CENTRED: f64 = 1e4;
+/// What impulses violate the laws by, in parts of the largest velocity, with which Newton's method
+/// leads on at once.
+const CLOSE: f64 = 1e-6;
+/// Complementarity in parts of what velocities may violate the laws by, and its bounds; steps in a
+/// row that lead no nearer. Below the lower one rounding is left of the scalings. `ρ` from there.
+const INSIDE: f64 = 0.1;
+const INTERIOR: [f64; 2] = [1e-8, 1e-3];
+const PATIENCE_NEAR: usize = 8;
+const CENTRAL: f64 = 1e3;
 /// `ρ` from the impulses that are given where neither Newton's method nor the interior point
 /// method leads on.
 const CAREFUL: f64 = 10.0;
@@ -76,6 +87,9 @@ pub struct Repeated {
     pub enough: f64,
     /// Whether they begin from nowhere where the impulses that are given do not lead on.
     pub afresh: bool,
+    /// Whether the interior point method leads from the impulses that are given to the laws, where
+    /// they are not near those: of many contacts.
+    pub central: bool,
 }
 
 /// What a proximal step, or several ones, left.
@@ -114,6 +128,8 @@ pub struct ConvexSolver {
     method: PrimalDual,
     T: Vec<f64>,                 // k
     inverses: Vec<Matrix3<f64>>, // cones
+    matrices: Vec<Matrix3<f64>>, // cones
+    left: Vec<f64>,              // k
 }
 
 impl ConvexSolver {
@@ -155,7 +171,7 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, Repeated { first, within, enough, afresh }): (&[f64], Repeated),
+        (w, Repeated { first, within, enough, afresh, central }): (&[f64], Repeated),
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
         self.load((cones, L), (w, first + within), lambda, lambda)?;
@@ -165,7 +181,14 @@ impl ConvexSolver {
         if self.holds((rho, within), &mut report) {
             return self.hand_over(0.0, lambda, report);
         }
-        if afresh && self.couple((rho, FIRST_STALLED), &mut report).is_some() {
+        let is_far = central && self.is_far();
+        let is_led = is_far && self.centre_near(within, &mut report) <= NEAR;
+        if is_far && self.holds((rho, within), &mut report) {
+            return self.hand_over(0.0, lambda, report);
+        }
+        if is_led {
+            rho = CENTRAL;
+        } else if afresh && !is_far && self.couple((rho, FIRST_STALLED), &mut report).is_some() {
             self.impulse.copy_from_slice(&self.best); // a step leads on at once
         } else if afresh {
             may_centre = false;
@@ -177,6 +200,8 @@ impl ConvexSolver {
                 self.give(lambda);
             }
             rho = if is_near { rho.max(CENTRED) } else { CAREFUL };
+        } else if is_far {
+            self.give(lambda);
         }
         loop {
             let last = report.left;
@@ -231,8 +256,8 @@ impl ConvexSolver {
             return Err(ConeFault::NotFinite);
         }
         self.laws.load(cones, L, w);
-        let Self { best, y, nearest, F, step, y_step, moved, from, start, kept, .. } = self;
-        for vector in [best, y, nearest, F, step, y_step, moved, from, start, kept] {
+        let Self { best, y, nearest, F, step, y_step, moved, from, start, kept, left, .. } = self;
+        for vector in [best, y, nearest, F, step, y_step, moved, from, start, kept, left] {
             vector.clear();
             vector.resize(k, 0.0);
         }
@@ -270,15 +295,57 @@ impl ConvexSolver {
 
     /// `given`: impulses by the interior point method, and what that leaves.
     fn centre(&mut self, report: &mut ConvexReport) -> f64 {
-        let Self { laws, method, T, inverses, blocks, F, u, impulse, given, .. } = self;
-        laws.scale(method, T);
-        let (steps, left) =
-            method.solve(&mut Scaled { laws, T, inverses, blocks, F, u }, (NEARLY, PATIENCE));
+        self.laws.scale(&mut self.method, &mut self.T);
+        let (method, mut laws) = self.interior();
+        let (steps, left) = method.solve(&mut laws, (NEARLY, PATIENCE));
         report.steps += steps;
+        self.take_centre();
+        left
+    }
+
+    /// The same from next to `given`, until velocities violate the laws by less than `within`; not
+    /// far from them the path begins at the square of what is violated: contacts as far from both
+    /// of their states are in between.
+    fn centre_near(&mut self, within: f64, report: &mut ConvexReport) -> f64 {
+        let Self { laws, method, T, given, nearest, .. } = self;
+        let size = norm_inf(&method.c).max(f64::MIN_POSITIVE);
+        let off = given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let unit = laws.units.iter().copied().fold(f64::INFINITY, f64::min);
+        let target = (INSIDE * within * unit / size).clamp(INTERIOR[0], INTERIOR[1]);
+        let mu = (off / size * (off / size)).clamp(target, 1.0);
+        let of = given.iter().zip(&*T);
+        let x = of.map(|(own, t)| if *t > 0.0 { own / (t * size) } else { 0.0 });
+        method.x.iter_mut().zip(x).for_each(|(x, own)| *x = own);
+        let (method, mut laws) = self.interior();
+        let (steps, left) = method.solve_near(&mut laws, mu, (target, PATIENCE_NEAR));
+        report.steps += steps;
+        self.take_centre();
+        left
+    }
+
+    /// Whether the impulses that are given, with their velocities, are not close to the laws:
+    /// `|Λ − Π(Λ − y − s e_N)|` beside the largest velocity. These are laws of the interior point
+    /// method then.
+    fn is_far(&mut self) -> bool {
+        let Self { laws, method, T, given, nearest, y, .. } = self;
+        laws.scale(method, T);
+        laws.project(given, (y, 1.0), nearest);
+        let off = given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        off > CLOSE * norm_inf(&method.c)
+    }
+
+    /// The interior point method and the laws for it.
+    fn interior(&mut self) -> (&mut PrimalDual, Scaled<'_>) {
+        let Self { laws, method, T, inverses, matrices, blocks, F, u, left, moved, .. } = self;
+        (method, Scaled { laws, T, inverses, matrices, blocks, F, u, left, refined: moved })
+    }
+
+    /// `given`, and where to begin: the impulses of the interior point method.
+    fn take_centre(&mut self) {
+        let Self { method, T, given, impulse, .. } = self;
         let of = method.x.iter().zip(&*T);
         given.iter_mut().zip(of).for_each(|(own, (x, t))| *own = t * x * method.size);
         impulse.copy_from_slice(given);
-        left
     }
 
     /// `given`, and where to begin: these impulses.

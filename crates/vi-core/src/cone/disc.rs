@@ -82,6 +82,23 @@ pub(super) fn quotient(a: &Vector3<f64>, b: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(first, (b[1] - first * a[1]) / a[0], (b[2] - first * a[2]) / a[0])
 }
 
+/// `x − y = z`, `x y = μ`, both positive.
+pub(super) fn central(z: f64, mu: f64) -> [f64; 2] {
+    let large = 0.5 * (z.abs() + libm::hypot(z, 2.0 * mu.sqrt()));
+    if z > 0.0 { [large, mu / large] } else { [mu / large, large] }
+}
+
+/// `x − y = z`, `x ∘ y = μe`, both inside the cone: of each eigenvalue of `z`.
+pub(super) fn central_disc(z: &Vector3<f64>, mu: f64) -> [Vector3<f64>; 2] {
+    let across = norm([z[1], z[2]]);
+    let turn = if across > 0.0 { [z[1] / across, z[2] / across] } else { [0.0; 2] };
+    let [a, b] = [z[0] + across, z[0] - across].map(|own| central(own, mu));
+    std::array::from_fn(|k| {
+        let (mean, half) = (0.5 * (a[k] + b[k]), 0.5 * (a[k] - b[k]));
+        Vector3::new(mean, half * turn[0], half * turn[1])
+    })
+}
+
 /// The largest step along `dx` within the cone.
 pub(super) fn reach(x: &Vector3<f64>, dx: &Vector3<f64>) -> f64 {
     let (a, b) = (dx.dot(&flip(dx)), x.dot(&flip(dx)));

@@ -254,6 +254,9 @@ pub(super) struct Scaled<'a> {
     pub laws: &'a mut Factored,
     pub T: &'a [f64],                        // k  zero in rows that no law takes
     pub inverses: &'a mut Vec<Matrix3<f64>>, // cones  V² M⁻¹
+    pub matrices: &'a mut Vec<Matrix3<f64>>, // cones  M V⁻²
+    pub left: &'a mut [f64],                 // k
+    pub refined: &'a mut [f64],              // k
     pub blocks: &'a mut Vec<[[f64; 3]; 3]>,  // cones  T V² M⁻¹ T
     pub F: &'a mut [f64],                    // k
     pub u: &'a mut [f64],                    // r
@@ -268,9 +271,11 @@ impl Coupling for Scaled<'_> {
     }
 
     fn factorize(&mut self, _: &[Part], barriers: &[Barrier]) {
-        let Self { laws, T, inverses, blocks, .. } = self;
+        let Self { laws, T, inverses, matrices, blocks, .. } = self;
         inverses.clear();
         inverses.extend(barriers.iter().map(Barrier::inverse));
+        matrices.clear();
+        matrices.extend(barriers.iter().map(Barrier::matrix));
         blocks.clear();
         for (inverse, own) in inverses.iter().zip(&laws.cones) {
             let t: [f64; 3] =
@@ -282,13 +287,32 @@ impl Coupling for Scaled<'_> {
         laws.factorize(blocks);
     }
 
+    /// What rounding leaves of differences of large terms is solved for once more.
     fn solve(&mut self, b: &mut [f64]) {
+        self.left.copy_from_slice(b);
+        self.solve_once(b);
+        let mut refined = std::mem::take(&mut self.refined);
+        self.multiply(b, refined);
+        for (matrix, own) in self.matrices.iter().zip(&self.laws.cones) {
+            let rows = own.row..own.row + own.cone.rows();
+            let moved = matrix * of_rows(b, rows.clone());
+            rows.zip(&moved).for_each(|(i, moved)| refined[i] += moved);
+        }
+        refined.iter_mut().zip(&*self.left).for_each(|(own, b)| *own = b - *own);
+        self.solve_once(refined);
+        b.iter_mut().zip(&*refined).for_each(|(b, own)| *b += own);
+        std::mem::swap(&mut self.refined, &mut refined);
+    }
+}
+
+impl Scaled<'_> {
+    /// `b ← (A + M V⁻²)⁻¹ b`, to what rounding leaves of `F − B L u`.
+    fn solve_once(&mut self, b: &mut [f64]) {
         // (I + Lᵀ B L) u = Lᵀ F,   T δx = F − B L u,   F = T V² M⁻¹ b
-        let Self { laws, T, inverses, blocks, F, u } = self;
+        let Self { laws, T, inverses, blocks, F, u, .. } = self;
         for (inverse, own) in inverses.iter().zip(&laws.cones) {
             let rows = own.row..own.row + own.cone.rows();
-            let own = Vector3::from_fn(|i, _| if i < rows.len() { b[rows.start + i] } else { 0.0 });
-            let moved = inverse * own;
+            let moved = inverse * of_rows(b, rows.clone());
             rows.zip(&moved).for_each(|(i, moved)| F[i] = T[i] * moved);
         }
         laws.gather(F, u);
@@ -296,6 +320,11 @@ impl Coupling for Scaled<'_> {
         laws.step(F, blocks, u, b);
         b.iter_mut().zip(*T).for_each(|(b, t)| *b = if *t > 0.0 { *b / t } else { 0.0 });
     }
+}
+
+/// Entries of up to three rows.
+fn of_rows(b: &[f64], rows: std::ops::Range<usize>) -> Vector3<f64> {
+    Vector3::from_fn(|i, _| if i < rows.len() { b[rows.start + i] } else { 0.0 })
 }
 
 /// Columns in the rows of a cone.

@@ -6,13 +6,21 @@
 //! ```
 //! `s` along `e_0` of a cone: a speed that is given, or that of the slip, `|y_T|`; with that the
 //! laws are Coulomb's and not the conditions of a convex program. `V`: the scaling of Nesterov and
-//! Todd; `d` holds the predictor and its correction. Sources: S. Mehrotra, SIAM J. Optim. 2 (1992)
-//! 575–601; V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175. Neither masses
-//! of any ratio nor impulses that are not unique slow it down; of these it finds the analytic
-//! centre, with all contacts closed that can be.
+//! Todd; `d` holds the predictor and its correction. Neither masses of any ratio nor impulses that
+//! are not unique slow it down; of these it finds the analytic centre, with all contacts closed
+//! that can be.
+//!
+//! It begins from nowhere, at `x = y = e`, or near impulses that are known:
+//! ```text
+//! z = x_0 − (A x_0 + c + s),   x = ½ (z + √(z² + 4μe)),   y = x − z
+//! ```
+//! are on the central path [2.62], `x ∘ y = μe`, and `r` is as small as `x − x_0` and what `x_0`
+//! violates the laws by. Sources: S. Mehrotra, SIAM J. Optim. 2 (1992) 575–601; V. Acary, F.
+//! Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175; M. Fukushima, Z.-Q. Luo, P. Tseng,
+//! SIAM J. Optim. 12 (2002) 436–460.
 #![allow(non_snake_case)] // A, M, V
 
-use super::disc::{Scaling, product, quotient, reach};
+use super::disc::{Scaling, central, central_disc, product, quotient, reach};
 use super::residual::norm;
 use crate::linear::norm_inf;
 use nalgebra::{Matrix3, Vector3};
@@ -159,6 +167,47 @@ impl PrimalDual {
                 }
             }
         }
+        self.go_on(A, (target, patience))
+    }
+
+    /// The same from the central path next to `x`, which is given over `size`, at `mu`.
+    pub(super) fn solve_near(
+        &mut self,
+        A: &mut impl Coupling,
+        mu: f64,
+        (target, patience): (f64, usize),
+    ) -> (usize, f64) {
+        self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
+        let Self { parts, c, x, y, walls, size, .. } = self;
+        A.multiply(x, y);
+        y.iter_mut().zip(&*c).for_each(|(y, c)| *y += c / *size);
+        for part in &*parts {
+            let place = part.place;
+            let slip = if part.follows { norm([y[place + 1], y[place + 2]]) } else { 0.0 };
+            y[place] += part.s / *size + slip;
+            match part.own {
+                Own::Ray => [x[place], y[place]] = central(x[place] - y[place], mu),
+                Own::Disc => {
+                    let z = three(x, place) - three(y, place);
+                    let own = central_disc(&z, mu);
+                    for (of, own) in [&mut *x, &mut *y].into_iter().zip(own) {
+                        of[place..place + 3].copy_from_slice(own.as_slice());
+                    }
+                }
+                Own::Interval(bound) => {
+                    let bound = bound / *size;
+                    let inside = bound * (1.0 - (mu / bound).min(0.5));
+                    x[place] = x[place].clamp(-inside, inside);
+                    let [l, u] = central(y[place], mu / bound);
+                    walls[place] = [u, l];
+                }
+            }
+        }
+        self.go_on(A, (target, patience))
+    }
+
+    /// Steps from the present `x` and `y`.
+    fn go_on(&mut self, A: &mut impl Coupling, (target, patience): (f64, usize)) -> (usize, f64) {
         let (mut least, mut stalled) = (f64::INFINITY, 0);
         for step in 0..STEPS {
             let (mu, residual) = self.evaluate(A);
