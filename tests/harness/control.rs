@@ -9,7 +9,7 @@ use vi_constraints::linearization::{Costate, Tangent};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_control::momentum::TerminalMomentum;
 use vi_control::objective::{
-    Effort, Last, Objective, PointComponent, Running, Term, Terminal, Time,
+    Effort, Judged, Last, Objective, PointComponent, Running, Term, Terminal, Time,
 };
 use vi_control::sensitivities::Beside;
 use vi_control::{
@@ -510,22 +510,22 @@ impl GradientCase {
                 TermCase::TerminalPoint { body, point, target, weight } => {
                     for axis in 0..3 {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
-                        add(weight, Box::new(Terminal { quantity, target }));
+                        add(weight, Box::new(Terminal { quantity, judged: Judged::Deviation(target) }));
                     }
                 }
                 TermCase::RunningPoint { body, point, target, weight } => {
                     for axis in 0..3 {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
-                        add(weight, Box::new(Running { quantity, target }));
+                        add(weight, Box::new(Running { quantity, judged: Judged::Deviation(target) }));
                     }
                 }
                 TermCase::TerminalCoordinate { joint, freedom, target, weight } => {
                     let quantity = coordinate(joint, freedom)?;
-                    add(weight, Box::new(Terminal { quantity, target }));
+                    add(weight, Box::new(Terminal { quantity, judged: Judged::Deviation(target) }));
                 }
                 TermCase::RunningCoordinate { joint, freedom, target, weight } => {
                     let quantity = coordinate(joint, freedom)?;
-                    add(weight, Box::new(Running { quantity, target }));
+                    add(weight, Box::new(Running { quantity, judged: Judged::Deviation(target) }));
                 }
                 TermCase::TerminalMomentum { weight } => {
                     let term = momentum.clone().ok_or("no momentum along such joints")?;

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::Value;
 use std::sync::Arc;
 use vi_constraints::{InitialValues, Method, Options, Reparametrization, SchemeKind};
+use vi_control::objective::Judged;
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, Quantity, Rest,
     When,
@@ -350,13 +351,13 @@ impl Case {
                     let target = number(&term["target"]);
                     costs.push(Cost {
                         weight,
-                        kind: CostKind::Deviation { quantity, target, when },
+                        kind: CostKind::Number { quantity, judged: Judged::Deviation(target), when },
                     });
                 }
                 "terminal_point" | "running_point" => {
                     let targets = numbers(&term["target"]);
                     for (quantity, target) in self.point(term).into_iter().zip(targets) {
-                        let kind = CostKind::Deviation { quantity, target, when };
+                        let kind = CostKind::Number { quantity, judged: Judged::Deviation(target), when };
                         costs.push(Cost { weight, kind });
                     }
                 }

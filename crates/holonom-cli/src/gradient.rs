@@ -27,6 +27,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         only: arguments.parameters.clone(),
         controls: chosen(By::Controls),
         initial: chosen(By::Initial),
+        step: arguments.by.contains(&By::Step),
         ..Wanted::everything()
     };
     if let Some(folder) = &arguments.output {
@@ -121,6 +122,9 @@ pub(crate) fn table(found: &ModelGradient) -> String {
         let rest = if more > 0 { format!(", … ({more} more)") } else { String::new() };
         let list = first.collect::<Vec<_>>().join(", ");
         let _ = writeln!(text, "    {:28} {list}{rest}", own.name);
+    }
+    if let Some(own) = found.by_step {
+        let _ = writeln!(text, "  {:30} {}", "step", number(own));
     }
     if !found.checks.is_empty() {
         let _ = writeln!(

@@ -38,6 +38,7 @@ struct Place {
     of: Vec<String>,
     parameters: Vec<String>,
     initial: bool,
+    step: bool,
     controls: Option<Vec<Vec<f64>>>,
     coordinates: Vec<Given>,
     rates: Vec<Given>,
@@ -52,6 +53,7 @@ fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'
         only: at.parameters,
         controls: at.controls.is_some(),
         initial: at.initial,
+        step: at.step,
         values: at.controls.unwrap_or_default(),
         start: JointStart { coordinates: at.coordinates, rates: at.rates },
     };

@@ -1,4 +1,4 @@
-"""Stored optima and estimates of an independent implementation, from models written here."""
+"""Stored gradients, optima and estimates of an independent implementation, from models written here."""
 
 import json
 from pathlib import Path
@@ -48,15 +48,15 @@ def placed(own: dict[str, Any]) -> list[tuple[Array, Array]]:
         at, axes = (np.zeros(3), np.eye(3)) if parent < 0 else found[parent]
         start = np.eye(3) if parent < 0 else stated[parent]
         anchors = [np.array(joint[side]) for side in ("anchor_parent", "anchor_child")]
-        axis, value = np.array(joint["axis"]), next(values)
-        about = axis * value if joint["type"] == "R" else np.zeros(3)
+        axis = np.array(joint["axis"])
+        slid = axis * next(values) if joint["type"] in "PC" else np.zeros(3)
+        about = axis * next(values) if joint["type"] in "RC" else np.zeros(3)
         turned = axes @ turn(about) @ start.T @ stated[child]
-        slid = axis * value if joint["type"] == "P" else np.zeros(3)
         found[child] = (at + axes @ (anchors[0] + slid) - turned @ anchors[1], turned)
     return found
 
 
-KINDS = {"R": "revolute", "P": "prismatic"}
+KINDS = {"R": "revolute", "P": "prismatic", "C": "cylindrical"}
 
 
 def mechanism(own: dict[str, Any]) -> dict[str, Any]:
@@ -175,6 +175,205 @@ def test_optima_are_the_stored_ones(name: str) -> None:
     assert np.max(np.abs(found.controls - controls)) <= own["tolerance"]["controls"]
 
 
+def freedoms(own: dict[str, Any]) -> list[tuple[int, int]]:
+    """Joint and freedom of each coordinate of the tree."""
+    kinds = {"R": 1, "P": 1, "C": 2}
+    tree = [k for k in range(len(own["joints"])) if k not in own["cut_joints"]]
+    return [(k, freedom) for k in tree for freedom in range(kinds[own["joints"][k]["type"]])]
+
+
+def begun(own: dict[str, Any]) -> dict[tuple[int, int], float]:
+    """The coordinates at the start."""
+    initial = own["initial"]
+    values = initial.get("consistent_coordinates", initial["coordinates"])
+    return dict(zip(freedoms(own), values, strict=True))
+
+
+def parameters(own: dict[str, Any], model: dict[str, Any]) -> None:
+    """Lets numbers of a model follow the parameters of a case."""
+    model["parameters"] = {one["name"]: one["value"] for one in own["parameters"]}
+    start = begun(own)
+    for one in own["parameters"]:
+        for change in one["sets"]:
+            name, factor = one["name"], change.get("factor", 1)
+            text = f"= {factor}*{name}" if factor != 1 else f"= {name}"
+            match change["path"].split("."):
+                case ["gravity", k]:
+                    model["model"]["gravity"][int(k)] = text
+                case ["bodies", body, "mass"]:
+                    model["body"][int(body)]["mass"] = text
+                case ["bodies", body, "principal_inertia", k]:
+                    model["body"][int(body)]["inertia"][int(k)] = text
+                case ["joints", joint, side, k]:
+                    model["joint"][int(joint)][side][int(k)] = text
+                case ["springs", spring, "stiffness"]:
+                    model["spring"][int(spring)]["stiffness"] = text
+                case ["springs", spring, "rest_length"]:
+                    model["spring"][int(spring)]["natural_length"] = text
+                case ["springs", spring, ("point_a" | "point_b") as end, k]:
+                    key = "point_from" if end == "point_a" else "point_to"
+                    model["spring"][int(spring)][key][int(k)] = text
+                case ["joint_springs", spring, key]:
+                    at = own["joint_springs"][int(spring)]
+                    along = (at["joint"], at.get("freedom", 0))
+                    shift = f" - {start[along]!r}" if key == "rest" else ""
+                    part = model["joint"][along[0]]["spring"]
+                    part = part[along[1]] if isinstance(part, list) else part
+                    part[key] = text + shift
+                case ["joint_dampers", damper, "damping"]:
+                    at = own["joint_dampers"][int(damper)]
+                    part = model["joint"][at["joint"]]["damper"]
+                    part["damping"] = text
+                case other:
+                    raise AssertionError(other)
+
+
+def forced(own: dict[str, Any]) -> dict[str, Any]:
+    """The mechanism of a case with its springs and dampers."""
+    model, start = mechanism(own), begun(own)
+    rates = dict(zip(own["initial"].get("independent", []), own["initial"]["rates"], strict=False))
+    if "independent" not in own["initial"]:
+        of: dict[int, list[float]] = {}
+        for (joint, _), rate in zip(freedoms(own), own["initial"]["rates"], strict=True):
+            of.setdefault(joint, []).append(rate)
+        rates = {joint: own if len(own) > 1 else own[0] for joint, own in of.items()}
+    for joint, rate in rates.items():
+        model["joint"][joint]["rate"] = rate
+    for spring in own.get("joint_springs", []):
+        along = (spring["joint"], spring.get("freedom", 0))
+        made = {"stiffness": spring["stiffness"], "rest": spring["rest"] - start[along]}
+        if model["joint"][along[0]]["type"] == "cylindrical":
+            made["freedom"] = along[1]
+        model["joint"][along[0]]["spring"] = made
+    for damper in own.get("joint_dampers", []):
+        made = {"damping": damper["damping"]}
+        if model["joint"][damper["joint"]]["type"] == "cylindrical":
+            made["freedom"] = damper.get("freedom", 0)
+        model["joint"][damper["joint"]]["damper"] = made
+    names = [body["name"] for body in own["bodies"]]
+    model["spring"] = [
+        {
+            "from": "ground" if spring["body_a"] < 0 else names[spring["body_a"]],
+            "to": "ground" if spring["body_b"] < 0 else names[spring["body_b"]],
+            "point_from": spring["point_a"],
+            "point_to": spring["point_b"],
+            "stiffness": spring["stiffness"],
+            "natural_length": spring["rest_length"],
+        }
+        for spring in own.get("springs") or []
+    ]
+    model["control"] = [
+        {
+            "name": f"c{k}",
+            "joint": own["joints"][effort["joint"]]["name"],
+            "freedom": effort.get("freedom", 0),
+        }
+        for k, effort in enumerate(own.get("efforts") or [])
+    ]
+    return model
+
+
+def term(own: dict[str, Any], k: int, model: dict[str, Any]) -> None:
+    """Adds a term of the objective of a case, with its sensors."""
+    one, start = own["objective"][k], begun(own)
+    kind, weight = one["type"], one.get("weight", 1.0)
+    place, _, what = kind.partition("_")
+    if kind in ("effort", "time"):
+        model["objective"].append({"name": f"o{k}", "type": kind, "weight": weight})
+    elif what == "momentum":
+        model["objective"].append({"name": f"o{k}", "type": "momentum", "weight": weight})
+    elif what == "coordinate":
+        along = (one["joint"], one.get("freedom", 0))
+        name = own["joints"][along[0]]["name"]
+        model["sensor"].append({"name": f"s{k}", "type": "joint_coordinate", "of": name})
+        several = own["joints"][along[0]]["type"] == "C"
+        made = {"name": f"o{k}", "type": "sensor", "weight": weight}
+        made["sensor"] = f"s{k}.{along[1]}" if several else f"s{k}"
+        made["target"] = one["target"] - start[along]
+        made["at"] = "path" if place == "running" else "end"
+        model["objective"].append(made)
+    elif what == "point":
+        body = own["bodies"][one["body"]]["name"]
+        at = {"name": f"s{k}", "type": "position", "of": body, "point": one["point"]}
+        model["sensor"].append(at)
+        for axis, target in zip("xyz", one["target"], strict=True):
+            made = {"name": f"o{k}{axis}", "type": "sensor", "sensor": f"s{k}.{axis}"}
+            made["at"] = "path" if place == "running" else "end"
+            model["objective"].append(made | {"target": target, "weight": weight})
+    else:
+        raise AssertionError(kind)
+
+
+def differentiated(own: dict[str, Any]) -> hn.Gradient:
+    """The objective of a case of a gradient as a function of all that it has derivatives by."""
+    model = forced(own)
+    parameters(own, model)
+    model["sensor"], model["objective"] = [], []
+    for k in range(len(own["objective"])):
+        term(own, k, model)
+    if "composition" in own:
+        model["simulation"]["order"] = own["composition"]["order"]
+    names = list(model["parameters"])
+    return hn.Gradient(
+        hn.Model.from_dict(model),
+        parameters=names,
+        controls=bool(model["control"]),
+        initial=True,
+        step=True,
+    )
+
+
+@pytest.mark.parametrize("name", [f"gr0{k}" for k in range(1, 6)])
+def test_gradients_are_the_stored_ones(name: str) -> None:
+    own = case(name)
+    objective, results = differentiated(own), own["results"]
+    x = objective.start.copy()
+    count, steps = len(own["parameters"]), own["steps"]
+    controls = np.array(own.get("controls") or [], dtype=np.float64).reshape(steps, -1)
+    x[count : count + controls.size] = controls.T.reshape(-1)
+    value, slope = objective(x)
+    assert abs(value - results["value"]) <= own["tolerance"]["value"]
+    parts = np.split(slope[count:-1], [controls.size])
+    initial = np.split(parts[1], 2)
+    groups = {
+        "parameters": (slope[:count], results["parameters"]),
+        "controls": (parts[0].reshape(-1, steps).T, results.get("controls") or []),
+        "initial_coordinates": (initial[0], results["initial_coordinates"]),
+        "initial_rates": (initial[1], results["initial_rates"]),
+        "step": (slope[-1:], [results["step_lengths_sum"]]),
+    }
+    for group, (found, stored) in groups.items():
+        wanted = np.array(stored, dtype=np.float64).reshape(found.shape)
+        if wanted.size == 0:
+            continue
+        size = np.full(wanted.shape, max(float(np.max(np.abs(wanted))), 1e-300))
+        if group == "parameters":
+            size = np.maximum(np.abs(wanted), 1e-3 * size)
+        off = float(np.max(np.abs(found - wanted) / size))
+        print(f"{name}: {group} off by {off:.1e}, allowed {own['tolerance']['gradient']:.1e}")
+        assert off <= own["tolerance"]["gradient"], group
+
+
+def test_gradients_along_a_chaotic_motion_are_the_stored_ones() -> None:
+    own = case("gr08")
+    (last,) = own["objective"]
+    model = forced(own)
+    body = own["bodies"][last["body"]]["name"]
+    sensor = {"name": "tip", "type": "position", "of": body, "point": last["point"]}
+    model["sensor"] = [sensor]
+    for row in own["results"]["growth"]:
+        if abs(row["gradient"]) > 1e7:
+            continue
+        model["simulation"]["end"] = own["h"] * row["steps"]
+        objective = hn.Gradient(hn.Model.from_dict(model), of=["tip.z"], initial=True)
+        value, slope = objective(objective.start)
+        off = abs(slope[0] / row["gradient"] - 1.0)
+        allowed = 1e-12 + 1e-13 * abs(row["gradient"])
+        print(f"{row['time']} s: {slope[0]!r}, off by {off:.1e}, allowed {allowed:.1e}")
+        assert abs(value - row["height"]) <= 1e-12 + 100.0 * row["double_height_error"]
+        assert off <= allowed
+
+
 def fitted(own: dict[str, Any]) -> tuple[hn.Model, dict[str, Array]]:
     """The pendulum of a case of identification, and its data."""
     model = mechanism(own)
@@ -208,6 +407,38 @@ def test_estimates_are_the_stored_ones() -> None:
     errors = np.abs(found.standard_errors / np.array(results["standard_error"])[order] - 1.0)
     print(f"estimates off by {off}, standard errors by {errors}")
     assert found.converged and found.names == ["centre", "damping"]
+    assert np.max(off) <= tolerance["estimate_relative"]
+    assert np.max(errors) <= tolerance["standard_error_relative"]
+
+
+def test_estimates_of_a_linkage_are_the_stored_ones() -> None:
+    own = case("id02")
+    model, start = forced(own), begun(own)
+    parameters(own, model)
+    model["parameters"] = {one["name"]: one["start"] for one in own["parameters"]}
+    # efforts that are known: constant in a step
+    names = [joint["name"] for joint in own["joints"]]
+    del model["control"]
+    for k, effort in enumerate(own["efforts"]):
+        values = [row[k] for row in own["controls"]]
+        history = {"type": "steps", "values": values}
+        model["joint"][effort["joint"]]["motor"] = {"effort": 1.0, "history": history}
+    data: dict[str, Any] = {"t": None}
+    model["sensor"], model["measurement"] = [], []
+    for k, one in enumerate(own["measurements"]):
+        sensor = {"name": f"s{k}", "type": "joint_coordinate", "of": names[one["joint"]]}
+        model["sensor"].append(sensor)
+        model["measurement"].append({"sensor": f"s{k}", "sigma": one["sigma"]})
+        data["t"] = own["h"] * np.array(one["steps"], dtype=np.float64)
+        data[f"s{k}"] = np.array(one["values"]) - start[one["joint"], 0]
+    model["identify"] = {"parameters": {name: {} for name in model["parameters"]}}
+    found = hn.identify(hn.Model.from_dict(model), data)
+    results, tolerance = own["results"], own["tolerance"]
+    order = [[one["name"] for one in own["parameters"]].index(name) for name in found.names]
+    off = np.abs(found.estimates / np.array(results["estimate"])[order] - 1.0)
+    errors = np.abs(found.standard_errors / np.array(results["standard_error"])[order] - 1.0)
+    print(f"estimates off by {off}, standard errors by {errors}")
+    assert found.converged
     assert np.max(off) <= tolerance["estimate_relative"]
     assert np.max(errors) <= tolerance["standard_error_relative"]
 

@@ -3,7 +3,7 @@
 //! ```text
 //! J = Σ_n ℓ_n(q_n, q_{n+1}, w_n, h) + Σ_n (h/2) (φ(q_n, p̄_n) + φ(q_{n+1}, p̄_{n+1})) + Φ(q_N, p̄_N)
 //! effort     ½ Σ h |w|²                    time      Σ h
-//! running    Σ (h/2) ½ (e_n² + e_{n+1}²)    terminal  ½ e_N²           e: a quantity less its target
+//! running    Σ (h/2) (c(y_n) + c(y_{n+1}))  terminal  c(y_N)           c(y) = ½ (y − target)², or y itself
 //! ```
 //! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
@@ -306,13 +306,60 @@ impl Term for Time {
     }
 }
 
-/// `Σ (h/2) ½ (e_n² + e_{n+1}²)`, the trapezoidal rule.
+/// What a number costs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Judged {
+    /// `½ (y − target)²`.
+    Deviation(f64),
+    /// `y` itself.
+    Itself,
+}
+
+impl Judged {
+    /// What `y` costs.
+    #[must_use]
+    pub fn cost(self, y: f64) -> f64 {
+        match self {
+            Self::Deviation(target) => 0.5 * (y - target) * (y - target),
+            Self::Itself => y,
+        }
+    }
+
+    /// Its derivative by `y`.
+    #[must_use]
+    pub fn slope(self, y: f64) -> f64 {
+        match self {
+            Self::Deviation(target) => y - target,
+            Self::Itself => 1.0,
+        }
+    }
+
+    /// Its second derivative.
+    #[must_use]
+    pub fn bend(self) -> f64 {
+        match self {
+            Self::Deviation(_) => 1.0,
+            Self::Itself => 0.0,
+        }
+    }
+
+    /// Whether it is a number.
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        match self {
+            Self::Deviation(target) => target.is_finite(),
+            Self::Itself => true,
+        }
+    }
+}
+
+/// `Σ (h/2) (c(y_n) + c(y_{n+1}))`, the trapezoidal rule.
 #[derive(Clone, Debug)]
 pub struct Running<Q> {
-    /// What is compared.
+    /// `y`.
     pub quantity: Q,
-    /// With what.
-    pub target: f64,
+    /// `c`.
+    pub judged: Judged,
 }
 
 /// The configuration at an end of a step.
@@ -332,49 +379,48 @@ fn add_by_parameters(own: &impl Quantity, at: Configuration<'_>, scale: f64, out
 
 impl<Q: Quantity> Term for Running<Q> {
     fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
-        let e = Slot::BOTH.map(|end| self.quantity.value(at(s, end)) - self.target);
-        0.25 * s.h * (e[0] * e[0] + e[1] * e[1])
+        let costs = Slot::BOTH.map(|end| self.judged.cost(self.quantity.value(at(s, end))));
+        0.5 * s.h * (costs[0] + costs[1])
     }
     fn add_of_step(&self, s: &Interval, _: &[f64], scale: f64, out: &mut StepGradient) {
         for end in Slot::BOTH {
-            let e = self.quantity.value(at(s, end)) - self.target;
+            let y = self.quantity.value(at(s, end));
             let by = match end {
                 Slot::First => &mut out.start,
                 Slot::Second => &mut out.end,
             };
-            self.quantity.add_slope(at(s, end), 0.5 * scale * s.h * e, by);
-            out.step += 0.25 * scale * e * e;
+            self.quantity.add_slope(at(s, end), 0.5 * scale * s.h * self.judged.slope(y), by);
+            out.step += 0.5 * scale * self.judged.cost(y);
         }
     }
     fn add_parameters_of_step(&self, s: &Interval, _: &[f64], scale: f64, out: &mut [f64]) {
         for end in Slot::BOTH {
-            let e = self.quantity.value(at(s, end)) - self.target;
-            add_by_parameters(&self.quantity, at(s, end), 0.5 * scale * s.h * e, out);
+            let slope = self.judged.slope(self.quantity.value(at(s, end)));
+            add_by_parameters(&self.quantity, at(s, end), 0.5 * scale * s.h * slope, out);
         }
     }
 }
 
-/// `½ e_N²`.
+/// `c(y_N)`.
 #[derive(Clone, Debug)]
 pub struct Terminal<Q> {
-    /// What is compared.
+    /// `y`.
     pub quantity: Q,
-    /// With what.
-    pub target: f64,
+    /// `c`.
+    pub judged: Judged,
 }
 
 impl<Q: Quantity> Term for Terminal<Q> {
     fn of_end(&self, end: &State) -> f64 {
-        let e = self.quantity.value(end.configuration()) - self.target;
-        0.5 * e * e
+        self.judged.cost(self.quantity.value(end.configuration()))
     }
     fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
-        let e = self.quantity.value(end.configuration()) - self.target;
-        self.quantity.add_slope(end.configuration(), scale * e, &mut out.q);
+        let slope = self.judged.slope(self.quantity.value(end.configuration()));
+        self.quantity.add_slope(end.configuration(), scale * slope, &mut out.q);
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
-        let e = self.quantity.value(end.configuration()) - self.target;
-        add_by_parameters(&self.quantity, end.configuration(), scale * e, out);
+        let slope = self.judged.slope(self.quantity.value(end.configuration()));
+        add_by_parameters(&self.quantity, end.configuration(), scale * slope, out);
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.quantity.follow(node, seen);

@@ -1,7 +1,7 @@
 //! The cost of a number of a node with its velocity, its multipliers, its acceleration.
 //!
 //! ```text
-//! Φ = ½ (y(q_N, v̂_N) − target)²         [M Gᵀ; G 0](v̂, μ) = (p̄, −g_t)
+//! Φ = ½ (y(q_N, v̂_N) − target)², or y     [M Gᵀ; G 0](v̂, μ) = (p̄, −g_t)
 //! ∂Φ/∂q, ∂Φ/∂p̄, ∂Φ/∂θ: of y at fixed v̂, and ∂y/∂v̂ pulled back through these equations
 //! ```
 //! Multipliers and accelerations are those of the acceleration level
@@ -11,7 +11,7 @@
 
 use crate::node::{Node, Slopes};
 pub use crate::node::{NodeQuantity, RateOf};
-use crate::objective::{Known, Seen, StepTerm, Term};
+use crate::objective::{Judged, Known, Seen, StepTerm, Term};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
@@ -379,11 +379,11 @@ fn pull_level(
     Some(())
 }
 
-/// `½ (y − target)²` of a number of a node.
+/// `½ (y − target)²` of a number of a node, or the number itself.
 #[derive(Debug)]
 pub struct TerminalRate<Q> {
     quantity: Q,
-    target: f64,
+    judged: Judged,
     reader: NodeReader,
 }
 
@@ -394,7 +394,7 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// # Errors
     /// [`RateError`].
     pub fn new(
-        number: (Q, f64),
+        number: (Q, Judged),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
     ) -> Result<Self, RateError> {
@@ -406,7 +406,7 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// # Errors
     /// [`RateError`], also of a velocity where steps add to the masses and the system is not there.
     pub fn with(
-        (quantity, target): (Q, f64),
+        (quantity, judged): (Q, Judged),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
@@ -419,7 +419,7 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
             None if !reads_velocity => NodeReader::standing(run),
             _ => NodeReader::new(run, tangents, sources)?,
         };
-        Ok(Self { quantity, target, reader })
+        Ok(Self { quantity, judged, reader })
     }
 }
 
@@ -450,8 +450,7 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
 
 impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
     fn of_node(&self, node: &State, known: Known<'_>) -> f64 {
-        let e = self.reader.value(&self.quantity, node, known) - self.target;
-        0.5 * e * e
+        self.judged.cost(self.reader.value(&self.quantity, node, known))
     }
     fn add_of_node(
         &self,
@@ -460,8 +459,8 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
         slopes: (&mut Costate, &mut [f64]),
         parameters: &mut [f64],
     ) -> f64 {
-        let weigh = |y: f64| scale * (y - self.target);
+        let weigh = |y: f64| scale * self.judged.slope(y);
         let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
-        0.5 * (y - self.target) * (y - self.target)
+        self.judged.cost(y)
     }
 }

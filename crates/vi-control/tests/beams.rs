@@ -6,7 +6,7 @@ use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
 use vi_constraints::linearization::Tangent;
 use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_control::objective::{PointComponent, Running, Terminal};
+use vi_control::objective::{Judged, PointComponent, Running, Terminal};
 use vi_control::sensitivities::Beside;
 use vi_control::{Checkpoints, Controls, Direction, Gradient, Objective, Sensitivities, Task};
 use vi_core::MechanicalSystem;
@@ -43,8 +43,8 @@ fn beam(
     let tip = q.len() - 12;
     let height = || PointComponent { point: Form::particle(tip, 3), axis: 2 };
     let objective = Objective::new()
-        .with(10.0, Terminal { quantity: height(), target: -0.2 })
-        .with(5.0, Running { quantity: height(), target: 0.1 });
+        .with(10.0, Terminal { quantity: height(), judged: Judged::Deviation(-0.2) })
+        .with(5.0, Running { quantity: height(), judged: Judged::Deviation(0.1) });
     (integrator(mechanism, system, options, Solver::Auto, at).unwrap(), objective)
 }
 

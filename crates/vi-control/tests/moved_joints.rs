@@ -7,7 +7,7 @@ use vi_constraints::costate_sweep::Tangents;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::linearization::Costate;
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_control::objective::{Last, PointComponent, Running, Term};
+use vi_control::objective::{Judged, Last, PointComponent, Running, Term};
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
 use vi_core::galerkin::Stages;
 use vi_core::linear::{dot, norm_inf};
@@ -96,7 +96,7 @@ impl Term for LastMomentum {
 /// Positions, and of steps of order 2 the momentum of the end.
 fn objective(n: usize, options: &Options, sample: &mut Sample) -> Objective {
     let point = |axis| PointComponent { point: Form::particle(n - 12, 3), axis };
-    let running = Running { quantity: point(0), target: 0.3 };
+    let running = Running { quantity: point(0), judged: Judged::Deviation(0.3) };
     let objective = Objective::new().with(1.0, Last(point(2))).with(2.0, running);
     match options.method.stages() {
         None => objective.with(1.0, LastMomentum((0..n).map(|_| sample.number()).collect())),

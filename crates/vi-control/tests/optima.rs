@@ -236,7 +236,7 @@ fn held(
         }
         Asks::Path => {
             let (quantity, when) = (problem.conditions[0].quantity.clone(), When::Path);
-            let kind = CostKind::Deviation { quantity, target: 0.5, when };
+            let kind = CostKind::Number { quantity, judged: Judged::Deviation(0.5), when };
             problem.costs.push(Cost { weight: 3.0, kind });
         }
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vi_constraints::{InitialValues, Method};
 use vi_control::Transcription;
 use vi_control::node::RateOf;
-use vi_control::objective::PointComponent;
+use vi_control::objective::{Judged, PointComponent};
 use vi_control::program::Program;
 use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
@@ -175,14 +175,18 @@ fn of_every_term() {
             let joint = case.mechanism.description().joints.len().min(2) - 1;
             let coordinate = Quantity::joint(&case.mechanism, joint, 0, &case.q, 1).unwrap();
             let all: Vec<usize> = (0..problem.controls.len()).collect();
-            let deviation =
-                |quantity: Quantity, when| CostKind::Deviation { quantity, target: 0.3, when };
+            let number = |judged| {
+                move |quantity: Quantity, when| CostKind::Number { quantity, judged, when }
+            };
+            let (deviation, itself) = (number(Judged::Deviation(0.3)), number(Judged::Itself));
             for (weight, kind) in [
                 (1.3, CostKind::Work(all.clone())),
                 (0.4, CostKind::Rate(all.clone())),
                 (0.2, CostKind::Time),
                 (0.9, deviation(Quantity::of(distance.clone()), When::Path)),
-                (0.8, deviation(Quantity::of(distance), When::Node(2))),
+                (0.8, deviation(Quantity::of(distance.clone()), When::Node(2))),
+                (0.6, itself(Quantity::of(distance), When::Path)),
+                (-0.5, itself(coordinate.clone(), When::Path)),
                 (1.1, deviation(coordinate.clone(), When::Path)),
                 (1.2, deviation(coordinate, When::End)),
             ] {
@@ -366,7 +370,7 @@ fn beside_laws() {
             problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             let point = Form::point(12, &vector(0.3, 0.1, -0.2));
             let quantity = Quantity::of_node(RateOf(PointComponent { point, axis: 0 }));
-            let kind = CostKind::Deviation { quantity, target: 0.2, when: When::Path };
+            let kind = CostKind::Number { quantity, judged: Judged::Deviation(0.2), when: When::Path };
             problem.costs.push(Cost { weight: 0.7, kind });
             let system = Arc::new(case.system().force(force));
             let (mechanism, at) = (&case.mechanism, case.initial());
@@ -425,9 +429,13 @@ fn of_numbers_with_velocities() {
                 Quantity::of_node(Input::RelativeSpin { of: last, base: 0, along }),
             ];
             for (k, quantity) in numbers.into_iter().enumerate() {
-                for (when, target) in [(When::End, 0.3), (When::Path, -0.2), (When::Node(1), 0.1)] {
+                for (when, judged) in [
+                    (When::End, Judged::Deviation(0.3)),
+                    (When::Path, Judged::Deviation(-0.2)),
+                    (When::Node(1), Judged::Itself),
+                ] {
                     let quantity = quantity.clone();
-                    let kind = CostKind::Deviation { quantity, target, when };
+                    let kind = CostKind::Number { quantity, judged, when };
                     problem.costs.push(Cost { weight: 0.7, kind });
                 }
                 let (name, bounds) = (format!("rate {k}"), [-1.0, 1.0]);
@@ -524,7 +532,7 @@ fn of_numbers_on_threads() {
         ];
         let deviation = |quantity: Quantity| Cost {
             weight: 0.8,
-            kind: CostKind::Deviation { quantity, target: 0.3, when: When::Path },
+            kind: CostKind::Number { quantity, judged: Judged::Deviation(0.3), when: When::Path },
         };
         let problem = Problem {
             steps: 2,

@@ -14,13 +14,15 @@ use super::shared::ModelArguments;
 pub(crate) struct GradientArguments {
     #[command(flatten)]
     pub(crate) model: ModelArguments,
-    /// Of these [[objective]] alone, by name; of their sum by default
-    #[arg(long, value_name = "OBJECTIVE,…", value_delimiter = ',')]
+    /// Of these [[objective]] alone, by name, or of the number of a sensor at the end, such as
+    /// tip.z; of the sum of all objectives by default
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(crate) of: Vec<String>,
-    /// By what; by all by default
+    /// By what; by default by parameters, controls and initial
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     pub(crate) by: Vec<By>,
-    /// By these of [parameters] alone, by name; by all by default
+    /// By these of [parameters] alone, by name, or by any number of the file, by its key, such as
+    /// body.arm.mass; by all parameters by default
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(crate) parameters: Vec<String>,
     /// Compare with central differences of runs in random directions
@@ -49,4 +51,6 @@ pub(crate) enum By {
     Controls,
     /// Initial coordinates and rates of joints
     Initial,
+    /// The length of all steps, at a fixed number of them
+    Step,
 }

@@ -93,7 +93,7 @@ impl Checker<'_> {
             objective.kind,
             ObjectiveKind::Effort | ObjectiveKind::Work | ObjectiveKind::Rate
         );
-        let of_sensor = objective.kind == ObjectiveKind::Sensor;
+        let of_sensor = objective.kind.reads_sensor();
         for (i, name) in objective.controls.iter().enumerate() {
             self.refers(format!("{key}.controls.{i}"), name, &["control"]);
         }
@@ -112,7 +112,7 @@ impl Checker<'_> {
                 self.report(key, "missing key `sensor`".to_owned(), help);
             }
             (Some(_), false) => {
-                let message = "only a term of type `sensor` has one".to_owned();
+                let message = "only a term of type `sensor` or `value` has one".to_owned();
                 self.report(format!("{key}.sensor"), message, "write type = \"sensor\"");
             }
             (None, false) => {}
@@ -121,6 +121,11 @@ impl Checker<'_> {
             let part = if objective.target != 0.0 { "target" } else { "at" };
             let message = "only a sensor has a target and a place".to_owned();
             self.report(format!("{key}.{part}"), message, format!("remove `{part}`"));
+        }
+        if objective.kind == ObjectiveKind::Value && objective.target != 0.0 {
+            let message = "a value has no target".to_owned();
+            let help = "write type = \"sensor\": half the square of a deviation";
+            self.report(format!("{key}.target"), message, help);
         }
     }
 

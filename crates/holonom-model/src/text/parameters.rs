@@ -347,6 +347,45 @@ pub(super) fn each<'i>(
     }
 }
 
+/// Visits each value of a table that is neither a table nor a list, with its key path.
+pub(super) fn each_value(table: &DeTable<'_>, visit: &mut dyn FnMut(&str, &DeValue<'_>)) {
+    for (key, value) in table {
+        values_below(&mut key.get_ref().to_string(), value.get_ref(), visit);
+    }
+}
+
+fn values_below(
+    path: &mut String,
+    value: &DeValue<'_>,
+    visit: &mut dyn FnMut(&str, &DeValue<'_>),
+) {
+    match value {
+        DeValue::Table(table) => {
+            for (key, value) in table {
+                let end = format_args!(".{}", key.get_ref());
+                below(path, end, |path| values_below(path, value.get_ref(), visit));
+            }
+        }
+        DeValue::Array(array) => {
+            let part = LISTS.contains(&path.as_str());
+            for (index, value) in array.iter().enumerate() {
+                let label = label(part, index, value.get_ref());
+                below(path, &label, |path| values_below(path, value.get_ref(), visit));
+            }
+        }
+        own => visit(path, own),
+    }
+}
+
+/// The end of the key path of an entry of a list: its name where it is a part of the model.
+fn label(part: bool, index: usize, value: &DeValue<'_>) -> String {
+    let name = value.get("name").and_then(|name| name.get_ref().as_str());
+    match name.filter(|name| part && !name.is_empty()) {
+        Some(name) => format!(".{name}"),
+        None => format!(".{index}"),
+    }
+}
+
 fn expressions<'i>(
     path: &mut String,
     value: &mut Spanned<DeValue<'i>>,
@@ -362,11 +401,7 @@ fn expressions<'i>(
         DeValue::Array(array) => {
             let part = LISTS.contains(&path.as_str());
             for (index, value) in array.iter_mut().enumerate() {
-                let name = value.get_ref().get("name").and_then(|name| name.get_ref().as_str());
-                let label = match name.filter(|name| part && !name.is_empty()) {
-                    Some(name) => format!(".{name}"),
-                    None => format!(".{index}"),
-                };
+                let label = label(part, index, value.get_ref());
                 below(path, &label, |path| expressions(path, value, visit));
             }
         }

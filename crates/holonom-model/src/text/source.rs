@@ -322,18 +322,34 @@ impl ModelText {
         &self,
         overrides: &[Override],
     ) -> Result<Vec<ParameterTangent>, ModelError> {
-        tangents_of_parameters(self.text()?, overrides).map_err(ModelError::invalid)
+        self.tangents_of(overrides, &[])
+    }
+
+    /// The same, and after the parameters the numbers of the file among `names`, by their keys:
+    /// `body.arm.mass`. A name without a point is a parameter.
+    ///
+    /// # Errors
+    /// [`ModelError`]: an expression has no derivative there, or no number stands at a key.
+    pub fn tangents_of(
+        &self,
+        overrides: &[Override],
+        names: &[String],
+    ) -> Result<Vec<ParameterTangent>, ModelError> {
+        let keys: Vec<&str> =
+            names.iter().map(String::as_str).filter(|name| name.contains('.')).collect();
+        tangents_of_parameters(self.text()?, overrides, &keys).map_err(ModelError::invalid)
     }
 }
 
-/// How the numbers of a text with overrides change with its parameters.
+/// How the numbers of a text with overrides change with its parameters, and with numbers at `keys`.
 fn tangents_of_parameters(
     text: &str,
     overrides: &[Override],
+    keys: &[&str],
 ) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
     let mut table = plain(text)?;
     replace(&mut table, text.len(), overrides)?;
-    tangents(table).map_err(|problems| inside(text, problems))
+    tangents(table, keys).map_err(|problems| inside(text, problems))
 }
 
 /// Without the places of overrides, which are not in the file.

@@ -8,10 +8,10 @@
 
 use std::collections::BTreeMap;
 
-use toml::de::DeTable;
+use toml::de::{DeTable, DeValue};
 
-use super::parameters::{Parameter, each, resolve, take};
-use super::problem::Problem;
+use super::parameters::{Parameter, each, each_value, resolve, take};
+use super::problem::{Problem, nearest};
 use super::sections::is_formula;
 use crate::expression::{Known, Moving, Program, names, renamed};
 
@@ -45,8 +45,11 @@ impl ParameterTangent {
     }
 }
 
-/// The tangents of all parameters of a table that are numbers.
-pub(super) fn tangents(mut table: DeTable<'_>) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
+/// The tangents of all parameters of a table that are numbers, then of the numbers at `keys`.
+pub(super) fn tangents(
+    mut table: DeTable<'_>,
+    keys: &[&str],
+) -> Result<Vec<ParameterTangent>, Vec<Problem>> {
     let mut problems = Vec::new();
     let mut parameters = take(&mut table, &mut problems);
     resolve(&mut parameters, &mut problems);
@@ -90,7 +93,54 @@ pub(super) fn tangents(mut table: DeTable<'_>) -> Result<Vec<ParameterTangent>, 
             Err(message) => problems.push(Problem::new(path, message).at(Some(value.span()))),
         }
     });
+    found.extend(at_keys(&table, keys, &mut problems));
     if problems.is_empty() { Ok(found) } else { Err(problems) }
+}
+
+/// The tangents of numbers that stand in the file: each changes itself alone.
+fn at_keys(
+    table: &DeTable<'_>,
+    keys: &[&str],
+    problems: &mut Vec<Problem>,
+) -> Vec<ParameterTangent> {
+    let mut stated = BTreeMap::new();
+    if !keys.is_empty() {
+        each_value(table, &mut |path, value| {
+            let number = match value {
+                DeValue::Integer(own) => i64::from_str_radix(own.as_str(), own.radix())
+                    .ok()
+                    .map(|number| number as f64),
+                DeValue::Float(own) => own.as_str().parse().ok(),
+                _ => None,
+            };
+            stated.insert(path.to_owned(), number);
+        });
+    }
+    let one = |key: &&str| match stated.get(*key) {
+        Some(Some(value)) => Some(ParameterTangent {
+            name: (*key).to_owned(),
+            value: *value,
+            keys: BTreeMap::from([((*key).to_owned(), 1.0)]),
+            ..ParameterTangent::default()
+        }),
+        Some(None) => {
+            let message = "no number stands there, by which a derivative could be".to_owned();
+            let help = "name the parameters that it follows from, or state a number";
+            problems.push(Problem::new(*key, message).help(help));
+            None
+        }
+        None => {
+            let message = "the model file states no such number".to_owned();
+            let numbers = stated.iter().filter(|own| own.1.is_some()).map(|own| own.0.as_str());
+            let help = match nearest(key, numbers) {
+                Some(best) => format!("did you mean `{best}`?"),
+                None => "state it there".to_owned(),
+            };
+            problems.push(Problem::new(*key, message).help(help));
+            None
+        }
+    };
+    keys.iter().filter_map(one).collect()
 }
 
 /// The derivatives of all parameters by those that are numbers.
@@ -209,6 +259,24 @@ mod tests {
         assert!((length.keys["body.arm.position.0"] - x).abs() < 1e-15);
         assert_eq!(length.keys["body.arm.position.2"], -0.5);
         assert_eq!(length.keys.len(), 3);
+    }
+
+    #[test]
+    fn numbers_of_the_file_change_themselves() {
+        let text = ModelText::from_text(Path::new("x.toml"), TEXT);
+        let set = [Override::new("law.push.point", "[0.5, 1]")];
+        let of = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            text.tangents_of(&set, &names)
+        };
+        let found = of(&["length", "law.push.point.1", "body.arm.position.1"]).expect("numbers");
+        assert_eq!(found.len(), 5); // after the parameters
+        assert_eq!((found[3].name.as_str(), found[3].value), ("law.push.point.1", 1.0));
+        assert_eq!(found[3].keys, [("law.push.point.1".to_owned(), 1.0)].into());
+        assert_eq!(found[4].value, 0.0);
+        let refused = |name: &str| of(&[name]).err().map(|e| e.to_string()).unwrap_or_default();
+        assert!(refused("body.arm.mass").contains("no number stands there"));
+        assert!(refused("body.arm.positoin.1").contains("body.arm.position.1"));
     }
 
     #[test]

@@ -131,6 +131,18 @@ pub enum ObjectiveKind {
     Rate,
     /// `½ (y − target)²` of a sensor at the end, or its integral over the path.
     Sensor,
+    /// `y` of a sensor at the end, or its integral over the path.
+    Value,
+    /// `½ Σ p²` of the momenta along all joints at the end: zero at rest.
+    Momentum,
+}
+
+impl ObjectiveKind {
+    /// Whether it is of a sensor.
+    #[must_use]
+    pub fn reads_sensor(self) -> bool {
+        matches!(self, Self::Sensor | Self::Value)
+    }
 }
 
 /// Where a sensor counts.
@@ -156,7 +168,7 @@ pub struct Objective {
     /// The controls of an `effort`, a `work` or a `rate`; all of them by default.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub controls: Vec<String>,
-    /// Of a `sensor` its name, of one of several numbers with the number or its heading: `"tip.z"`,
+    /// Of a `sensor` or a `value` its name, of one of several numbers with the number or its heading: `"tip.z"`,
     /// `"tip.2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,

@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 
 
 @guarded()
+def _key(name: str) -> str:
+    """The key of a parameter by its name, of a number of the file the key itself."""
+    return name if "." in name else f"parameters.{name}"
+
+
 class Gradient:
     """The objectives of a model as a function of numbers, with its exact gradient.
 
@@ -29,12 +34,16 @@ class Gradient:
     Parameters
     ----------
     model : as of :func:`simulate`, with an ``[[objective]]``.
-    of : names of objectives; their sum by default.
-    parameters : names of numbers under ``[parameters]`` that come first in ``x``, in this order and
-        in their units; others need no derivative. ``True``: all on which something depends.
+    of : names of objectives, and numbers of sensors at the end, ``"tip.z"``; the sum of all
+        objectives by default.
+    parameters : names of numbers under ``[parameters]``, or keys of any numbers of the file,
+        ``"body.arm.mass"``, that come first in ``x``, in this order and in their units; others need
+        no derivative. ``True``: all parameters on which something depends.
     controls : whether the values of each ``[[control]]`` follow, N or N·m.
     initial : whether the coordinates (m, rad) of independent joints at the start follow, then their
         rates (m/s, rad/s).
+    step : whether the length of all steps comes last, s, at a fixed number of them and fixed values
+        of controls.
 
     Raises
     ------
@@ -65,6 +74,7 @@ class Gradient:
         parameters: Sequence[str] | bool = False,
         controls: bool = False,
         initial: bool = False,
+        step: bool = False,
     ) -> None:
         self._model: Model = model_of(model)
         self._of = list(of) if of is not None else []
@@ -75,11 +85,12 @@ class Gradient:
                 raise ValueError(f"parameters: `{name}` stands there more than once")
         known = dict(_core.numbers(core, named)) if named or parameters is True else {}
         self._parameters = list(known)
+        self._steps = 0
         self._joints = [own[:2] for own in _core.initial(core)] if initial else []
         names, values = list(known), list(known.values())
         self._controls: list[tuple[str, int]] = []
         if controls:
-            found, _ = _core.gradient(core, self._place([], [[]], [], []))
+            found, _ = _core.gradient(core, self._place(self._of, [[]], [], []))
             self._controls = [(own["name"], len(own["derivatives"])) for own in found["controls"]]
             for name, count in self._controls:
                 names += [f"{name}[{k}]" for k in range(count)]
@@ -89,8 +100,15 @@ class Gradient:
             names += [f"{joint}.coordinate.{k}" for joint, k, _, _ in stated]
             names += [f"{joint}.rate.{k}" for joint, k, _, _ in stated]
             values += [own[2] for own in stated] + [own[3] for own in stated]
+        if step:
+            found, _ = _core.gradient(core, self._place(self._of, [], [], []))
+            self._steps = int(found["steps"])
+            names.append("step")
+            values.append(float(found["step"]))
         if not names:
-            raise ValueError("by what? write parameters=[…], controls=True or initial=True")
+            raise ValueError(
+                "by what? write parameters=[…], controls=True, initial=True or step=True"
+            )
         self.names, self.start = names, np.array(values, dtype=np.float64)
         self.last = None
 
@@ -105,6 +123,7 @@ class Gradient:
             "of": of,
             "parameters": self._parameters,
             "initial": bool(self._joints),
+            "step": self._steps > 0,
             "controls": controls,
             "coordinates": coordinates,
             "rates": rates,
@@ -140,7 +159,10 @@ class Gradient:
         model = self._model
         if own:
             given = zip(self._parameters, own, strict=True)
-            model = model.replace({f"parameters.{name}": value for name, value in given})
+            model = model.replace({_key(name): value for name, value in given})
+        if self._steps:
+            h, rest = rest[-1], rest[:-1]
+            model = model.replace({"simulation.step": h, "simulation.end": h * self._steps})
         controls: list[list[float]] | None = [] if self._controls else None
         for _, length in self._controls:
             assert controls is not None
@@ -158,6 +180,8 @@ class Gradient:
         starts = {(one["name"], one["freedom"]): one for one in found["initial"]}
         for key in ("coordinate", "rate"):
             slope += [starts[joint][key] for joint in self._joints]
+        if self._steps:
+            slope.append(found["by_step"])
         if found["meaningless_from"] is not None:
             t = found["meaningless_from"]
             words = f"from t = {t:.6g} s on derivatives say nothing of the mechanism; end the run earlier"
@@ -215,8 +239,8 @@ class Identified(Answer):
         replaced = {}
         for own in found["parameters"]:
             joint, *kind = own["name"].split(".")
-            if not kind:
-                replaced[f"parameters.{joint}"] = own["value"]
+            if not kind or kind[0] not in ("coordinate", "rate"):
+                replaced[_key(own["name"])] = own["value"]
                 continue
             start = self.joints if kind[0] == "coordinate" else self.rates
             start[".".join([joint, *kind[1:]])] = own["value"]

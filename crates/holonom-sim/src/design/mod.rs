@@ -12,6 +12,7 @@
 mod beams;
 mod bushings;
 mod contacts;
+mod followed_rates;
 mod forces;
 mod formulas;
 mod geometry;
@@ -133,7 +134,7 @@ pub fn tangents(
     model: &Model,
     system: &System,
 ) -> Result<Vec<ModelTangent>, ModelError> {
-    tangents_of((text, overrides, model), system, |_| true, |_| true)
+    tangents_of(((&[], text, overrides), model), system, |_| true, |_| true)
 }
 
 /// The sensor of which a key is.
@@ -149,18 +150,27 @@ fn is_drawn(key: &str) -> bool {
     member && matches!(parts.nth(1), Some("picture" | "collision"))
 }
 
-/// The same of some of them alone, by name; `counts`: whether a key matters.
+/// The key of a parameter by its name, of a number of the file the key itself.
+pub(crate) fn key_of(name: &str) -> String {
+    if name.contains('.') { name.to_owned() } else { format!("parameters.{name}") }
+}
+
+/// Names, among them keys of numbers of the file; a text, its replaced values.
+pub(crate) type Numbers<'a> = (&'a [String], &'a ModelText, &'a [Override]);
+
+/// The same of some of them alone, by name, and of numbers of the file by their keys; `counts`:
+/// whether a key matters.
 ///
 /// # Errors
 /// [`ModelError`] where one of these enters a key that matters and by which there is no derivative.
 pub(crate) fn tangents_of(
-    (text, overrides, model): (&ModelText, &[Override], &Model),
+    ((names, text, overrides), model): (Numbers<'_>, &Model),
     system: &System,
     wanted: impl Fn(&str) -> bool,
     counts: impl Fn(&str) -> bool,
 ) -> Result<Vec<ModelTangent>, ModelError> {
     let stated = text.stated(overrides)?;
-    let parameters = text.parameter_tangents(overrides)?;
+    let parameters = text.tangents_of(overrides, names)?;
     let moving = |own: &&ParameterTangent| wanted(&own.name) && !own.is_idle();
     let curves = Curves::new(model);
     let one = |own| tangent((&stated, model, &curves), (system, &counts), own);

@@ -7,6 +7,7 @@
 //! δp̄ = M δv + M_θ v
 //! ```
 
+use super::followed_rates::FollowedRates;
 use super::{LEAVE_OUT, ModelTangent, refused};
 use crate::start::How;
 use crate::start::independent::{TreeCoordinate, independent};
@@ -25,6 +26,9 @@ const OPEN: f64 = 1e-8;
 
 /// By how much stated positions may differ from the start, for them to be closed, m.
 const CLOSED: f64 = 1e-6;
+
+/// Change of a rate from one pass to the next, in parts of the largest one, that is rounding.
+const SETTLED: f64 = 1e-13;
 
 /// What is given of a joint at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -410,26 +414,27 @@ impl StartOf<'_> {
         }
     }
 
-    /// `δv` where joints state rates.
+    /// `δv` where joints state rates. What moves with other parts takes their `δv`, pass by pass.
     fn by_rates(&self, own: &ModelTangent, dq: &[f64]) -> Result<Vec<f64>, ModelError> {
         let closed = self.mechanism.has_loops();
         let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
-        let mut rates = Vec::new();
-        for (joint, freedom, coordinate) in &chosen {
-            let of_joint = own.rates.iter().find(|(k, f, _)| (Some(*k), *f) == (*joint, *freedom));
-            rates.push(match (coordinate, of_joint) {
-                (_, Some((_, _, slope))) => *slope,
-                (StartCoordinate::Place(i), None) if joint.is_none() => own.v[*i],
-                (StartCoordinate::Turn { frame, axis, .. }, None) if joint.is_none() => {
-                    own.omega.get(frame * 3 + axis).copied().unwrap_or_default()
-                }
-                _ => 0.0,
-            });
+        let coordinates: Vec<StartCoordinate> = chosen.iter().map(|own| own.2.clone()).collect();
+        let follow = FollowedRates { of: self, own, dq };
+        let mut rates = follow.of_all(&chosen, &own.v);
+        // as many passes as there are parts that move with others
+        for _ in 0..=coordinates.len() {
+            let numbers = (&own.numbers, dq);
+            let found =
+                start::velocity(self.mechanism, self.rows, self.at, &coordinates, numbers, &rates);
+            let found = found.map_err(|error| self.refusal(&error, own))?;
+            let next = follow.of_all(&chosen, &found);
+            let change = rates.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            if change <= SETTLED * norm_inf(&next) {
+                return Ok(found);
+            }
+            rates = next;
         }
-        let coordinates: Vec<StartCoordinate> = chosen.into_iter().map(|own| own.2).collect();
-        let numbers = (&own.numbers, dq);
-        let found =
-            start::velocity(self.mechanism, self.rows, self.at, &coordinates, numbers, &rates);
-        found.map_err(|error| self.refusal(&error, own))
+        let what = format!("the derivative by `{}` of velocities that depend on each other", own.name);
+        Err(refused("joint", what, "state the rates of joints alone"))
     }
 }

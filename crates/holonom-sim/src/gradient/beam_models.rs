@@ -357,3 +357,68 @@ type = "sensor"
 sensor = "tip.x"
 target = 0.3
 "#;
+
+/// Two beams in a row on a body that a joint turns: rates carry them.
+pub(super) const CARRIED: &str = r#"
+model = { name = "carried", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.002, end = 0.04 }
+parameters = { spin = -1.3, bend = -0.8, place = 0.8 }
+[[body]]
+name = "hub"
+position = [0.4, 0.0, 0.0]
+mass = 2.0
+inertia = [0.01, 0.1, 0.1]
+[[joint]]
+name = "root"
+type = "revolute"
+parent = "ground"
+child = "hub"
+position = [0.0, 0.0, "= 0.1*(place - 0.8)"]
+axis = [0.0, 1.0, 0.3]
+rate = "= spin"
+[[beam]]
+name = "first"
+points = [[0.8, 0.0, 0.0], [1.4, 0.0, 0.0]]
+elements = 2
+section = { shape = { type = "circle", dimensions = [0.02] }, material = { E = 2e8, nu = 0.33, density = 2700.0 } }
+[[joint]]
+name = "elbow"
+type = "revolute"
+parent = "hub"
+child = "first.start"
+position = [0.8, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+rate = "= bend"
+spring = { stiffness = 50.0, rest = 0.0 }
+[[beam]]
+name = "second"
+points = [[1.4, 0.0, 0.0], [1.4, 0.5, 0.0]]
+elements = 2
+section = { shape = { type = "circle", dimensions = [0.02] }, material = { E = 2e8, nu = 0.33, density = 2700.0 } }
+[[joint]]
+name = "wrist"
+type = "revolute"
+parent = "first.end"
+child = "second.start"
+position = [1.4, 0.0, 0.0]
+axis = [0.0, 0.0, 1.0]
+[[sensor]]
+name = "tip"
+type = "position"
+of = "second.end"
+[[sensor]]
+name = "speed"
+type = "velocity"
+of = "first.2"
+[[objective]]
+name = "high"
+type = "sensor"
+sensor = "tip.z"
+target = 0.4
+[[objective]]
+name = "fast"
+type = "sensor"
+sensor = "speed.z"
+target = 0.2
+at = "path"
+"#;

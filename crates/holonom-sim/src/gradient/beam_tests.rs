@@ -1,7 +1,7 @@
 //! Gradients by numbers of beams and of relaxed starts against central differences of whole runs,
 //! and what is refused.
 
-use super::beam_models::{BLADE, CANTILEVER, CHAIN, FLYING, LINKAGE, ROPE};
+use super::beam_models::{BLADE, CANTILEVER, CARRIED, CHAIN, FLYING, LINKAGE, ROPE};
 use super::comparison::{PATH, Seen, Worst, seen};
 use super::force_models::without_objectives;
 use super::prepared::{Begin, Prepared};
@@ -27,6 +27,14 @@ fn full_matrices_change_a_beam_that_flies() {
 fn nodes_keep_their_rates_beside_those_of_joints() {
     let wheel = "[[body]]\nname = \"wheel\"\nmass = 0.2\ninertia = [0.01, 0.01, 0.02]\nposition = [3.0, 0.0, 0.0]\n[[joint]]\nname = \"axle\"\ntype = \"revolute\"\nparent = \"ground\"\nchild = \"wheel\"\nposition = [3.0, 0.0, 0.0]\naxis = [0.0, 0.0, 1.0]\nrate = \"= 0.3*spin\"\n[[beam]]\nname = \"wing\"";
     check("wheel", &changed(FLYING, &[("[[beam]]\nname = \"wing\"", wheel)]), 1e-8);
+}
+
+/// A beam takes the motion of what moves it, and a second one that of the first.
+#[test]
+fn beams_are_carried_by_rates_of_joints() {
+    check("carried", CARRIED, 1e-8);
+    let order = changed(CARRIED, &[("step = 0.002", "step = 0.002, order = 4")]);
+    check("carried, order 4", &order, 1e-8);
 }
 
 #[test]

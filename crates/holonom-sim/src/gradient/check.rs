@@ -8,7 +8,9 @@
 //! kind does not count as apart. Rounding alone, as of a number that nothing changes, is taken for
 //! an error in one of 30 000 comparisons then; it were one of 50 without the factor.
 
+use super::objective::with_sensors;
 use super::prepared::{Begin, Prepared};
+use crate::design::key_of;
 use super::{ByStart, GradientFailure, ModelGradient, Wanted};
 use crate::random::Random;
 use crate::system::outside::{JointStart, Outside};
@@ -27,7 +29,7 @@ const DRAWS: f64 = 8.0;
 /// A comparison along a direction.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Check {
-    /// By what: `parameters`, `controls`, `coordinates` or `rates`.
+    /// By what: `parameters`, `controls`, `coordinates`, `rates` or `step`.
     pub by: String,
     /// Number of the direction, from 1.
     pub direction: usize,
@@ -47,6 +49,7 @@ enum By {
     Controls,
     Coordinates,
     Rates,
+    Step,
 }
 
 /// The model that is run again and again.
@@ -81,7 +84,7 @@ impl Runs<'_> {
         match by {
             By::Parameters => {
                 for (own, d) in gradient.parameters.iter().zip(direction) {
-                    let key = format!("parameters.{}", own.name);
+                    let key = key_of(&own.name);
                     overrides.retain(|one| one.key != key);
                     overrides.push(Override::new(key, format!("{:?}", own.value + e * d)));
                 }
@@ -100,6 +103,7 @@ impl Runs<'_> {
                     rest = others;
                 }
             }
+            By::Step => {}
             By::Coordinates | By::Rates => {
                 let all = gradient.initial.iter().zip(&self.start).zip(direction);
                 for ((own, [value, rate]), d) in all {
@@ -111,9 +115,14 @@ impl Runs<'_> {
             }
         }
         let mut changed = match by {
-            By::Parameters => self.text.model(&overrides)?,
+            By::Parameters => with_sensors(&self.text.model(&overrides)?, &self.wanted.of),
             _ => self.model.clone(),
         };
+        if by == By::Step {
+            let steps = changed.settings.steps();
+            changed.settings.step += e * direction[0];
+            changed.settings.end = changed.settings.step * steps as f64;
+        }
         let stated = by == By::Parameters && start == JointStart::default();
         if stated && !changed.settings.project_start {
             // off the constraints by the square of a change, which is the same on both sides
@@ -149,6 +158,7 @@ impl Runs<'_> {
     fn part(gradient: &ModelGradient, by: By, random: &mut Random, k: usize) -> f64 {
         let size = match by {
             By::Parameters => gradient.parameters[k].value.abs(),
+            By::Step => gradient.step,
             _ => 0.0,
         };
         random.number() * if size > 0.0 { size } else { 1.0 }
@@ -169,11 +179,12 @@ impl Runs<'_> {
         };
         let parameters = gradient.parameters.iter().map(|own| own.derivative).collect();
         let controls = gradient.controls.iter().flat_map(|own| own.derivatives.clone()).collect();
-        let kinds: [(By, &str, Vec<f64>); 4] = [
+        let kinds: [(By, &str, Vec<f64>); 5] = [
             (By::Parameters, "parameters", parameters),
             (By::Controls, "controls", controls),
             (By::Coordinates, "coordinates", starts(|own| own.coordinate)),
             (By::Rates, "rates", starts(|own| own.rate)),
+            (By::Step, "step", gradient.by_step.into_iter().collect()),
         ];
         for (by, name, exact) in kinds.into_iter().filter(|kind| !kind.2.is_empty()) {
             let mut found = Vec::new();
@@ -213,6 +224,7 @@ impl ModelGradient {
         model: &Model,
         wanted: &Wanted,
     ) -> Result<(), GradientFailure> {
+        let model = &with_sensors(model, &wanted.of);
         let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
         let begin = Begin::new(&mut prepared)?;
         let start = |own: &ByStart| {

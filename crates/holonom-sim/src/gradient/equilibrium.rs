@@ -12,7 +12,7 @@ use crate::statics::{Statics, growing, refuse_states};
 use crate::system::outside::{Outside, OutsideMotion, Still};
 use crate::system::time_function::TimeFunctions;
 use holonom_model::{
-    Constraint, CountedAt, Model, ModelError, ObjectiveKind, Problem, Scheme, SensorKind, Start,
+    Constraint, CountedAt, Model, ModelError, Problem, Scheme, SensorKind, Start,
 };
 use std::sync::Arc;
 
@@ -71,7 +71,7 @@ pub(crate) fn supported(model: &Model, of: &[String]) -> Result<(), ModelError> 
     let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
     for own in chosen {
         let key = format!("objective.{}", own.name);
-        if own.kind != ObjectiveKind::Sensor {
+        if !own.kind.reads_sensor() {
             let help = "take a sensor: it is read at the last equilibrium";
             return Err(refused(&format!("{key}.type"), "efforts and times in statics", help));
         }

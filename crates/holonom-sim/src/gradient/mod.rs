@@ -42,7 +42,7 @@ pub use check::Check;
 pub use prepared::GradientFailure;
 
 use crate::design::start::GivenJoint;
-use crate::design::{self, LEAVE_OUT, ModelTangent, refused};
+use crate::design::{self, LEAVE_OUT, ModelTangent, key_of, refused};
 use crate::shown::depends_on;
 use crate::start::independent::TreeCoordinate;
 use crate::system::System;
@@ -62,16 +62,20 @@ use vi_multibody::joint_coordinate::JointCoordinate;
 /// What derivatives are wanted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wanted {
-    /// Objectives, by name; all where there are none.
+    /// Objectives by name, and numbers of sensors at the end (`tip.z`); all objectives where there
+    /// are none.
     pub of: Vec<String>,
     /// By the parameters of the model file.
     pub parameters: bool,
-    /// By these of them alone, in this order; by all where there are none.
+    /// By these of them alone, or by numbers of the file by their keys (`body.arm.mass`), in this
+    /// order; by all parameters where there are none.
     pub only: Vec<String>,
     /// By the efforts of controls.
     pub controls: bool,
     /// By initial coordinates and rates.
     pub initial: bool,
+    /// By the length of all steps, at a fixed number of them.
+    pub step: bool,
     /// The values of the controls, a list for each; zero where there is none.
     pub values: Vec<Vec<f64>>,
     /// Where joints begin; where the model states where there is none.
@@ -79,12 +83,21 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// All derivatives of the sum of all objectives, at efforts of zero.
+    /// All derivatives of the sum of all objectives, at efforts of zero, but that by the step.
     #[must_use]
     pub fn everything() -> Self {
         let (of, values, start) = (Vec::new(), Vec::new(), JointStart::default());
         let only = Vec::new();
-        Self { of, parameters: true, only, controls: true, initial: true, values, start }
+        Self {
+            of,
+            parameters: true,
+            only,
+            controls: true,
+            initial: true,
+            step: false,
+            values,
+            start,
+        }
     }
 
     /// The tangents of the parameters that are wanted.
@@ -97,8 +110,9 @@ impl Wanted {
         let place = |name: &str| self.only.iter().position(|own| own == name);
         let wanted = |name: &str| self.only.is_empty() || place(name).is_some();
         parameters(text, overrides, &self.only)?; // each of them is one
+        let of = (&self.only[..], text, overrides);
         let counts = |key: &str| self.counts(model, key);
-        let mut found = design::tangents_of(from, system, wanted, counts)?;
+        let mut found = design::tangents_of((of, model), system, wanted, counts)?;
         found.sort_by_key(|own| place(&own.name));
         Ok(found)
     }
@@ -129,13 +143,13 @@ impl Wanted {
         if !prepared.system.stands {
             return Ok(self.clone());
         }
-        let given = self.start != JointStart::default() || !self.values.is_empty();
+        let given = self.start != JointStart::default() || !self.values.is_empty() || self.step;
         if given || !self.parameters {
-            let what = "an equilibrium by controls, or by where joints begin";
+            let what = "an equilibrium by controls, by its step, or by where joints begin";
             let help = "ask for derivatives by parameters, or integrate a motion";
             return Err(refused("simulation.scheme", what, help));
         }
-        Ok(Self { controls: false, initial: false, ..self.clone() })
+        Ok(Self { controls: false, initial: false, step: false, ..self.clone() })
     }
 
     fn outside(&self) -> Outside {
@@ -231,6 +245,10 @@ pub struct ModelGradient {
     pub initial: Vec<ByStart>,
     /// By controls.
     pub controls: Vec<ByControl>,
+    /// By the length of all steps, at a fixed number of them and fixed values of controls, where it
+    /// was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_step: Option<f64>,
     /// `max_n |δq_n|/|δq_0|` of a change of the start.
     pub growth: f64,
     /// From which time on derivatives say nothing of the mechanism, s.
@@ -263,7 +281,7 @@ impl ModelGradient {
     }
 }
 
-/// Parameters by their names with their values; where there are no names, all numbers under
+/// Parameters by their names, and numbers by their keys, with their values; where there are no names, all numbers under
 /// `[parameters]` on which something depends.
 ///
 /// # Errors
@@ -273,14 +291,13 @@ pub fn parameters(
     overrides: &[Override],
     names: &[String],
 ) -> Result<Vec<(String, f64)>, ModelError> {
-    let known = text.parameter_tangents(overrides)?;
+    let known = text.tangents_of(overrides, names)?;
     if names.is_empty() {
         let moving = known.iter().filter(|own| !own.is_idle());
         return Ok(moving.map(|own| (own.name.clone(), own.value)).collect());
     }
     let one = |name: &String| {
-        let key = format!("parameters.{name}");
-        Ok((name.clone(), design::number(&key, name, &known)?.value))
+        Ok((name.clone(), design::number(&key_of(name), name, &known)?.value))
     };
     names.iter().map(one).collect()
 }
@@ -295,8 +312,9 @@ pub fn gradient(
     model: &Model,
     wanted: &Wanted,
 ) -> Result<ModelGradient, GradientFailure> {
+    let model = &objective::with_sensors(model, &wanted.of);
     if model.objectives.is_empty() {
-        let help = "add an [[objective]]: effort, work, time, rate or sensor";
+        let help = "add an [[objective]]: effort, work, time, rate, sensor, value or momentum, or name a sensor by --of";
         return Err(refused("objective", "a gradient of nothing", help).into());
     }
     let from = model;
@@ -338,7 +356,7 @@ pub fn gradient(
         objective: &prepared.costs.sum,
         controls: &prepared.controls,
         design,
-        by_step: false,
+        by_step: wanted.step,
         checkpoints: Checkpoints::default(),
     };
     let run = prepared.simulation.integrator();
@@ -384,6 +402,7 @@ pub fn gradient(
         parameters: tangents.iter().enumerate().map(by_parameter).collect(),
         initial: coordinates.iter().enumerate().map(by_start).collect(),
         controls: controls.iter().enumerate().map(by_control).collect(),
+        by_step: found.step.map(|by| by + prepared.costs.rates_by_step(&prepared.controls, step)),
         growth: 1.0,
         meaningless_from: None,
         equilibrium,
@@ -394,7 +413,7 @@ pub fn gradient(
             "the derivative by `{}`, which is no number: an expression has no slope where the motion leads",
             own.name
         );
-        return Err(refused(&format!("parameters.{}", own.name), what, LEAVE_OUT).into());
+        return Err(refused(&key_of(&own.name), what, LEAVE_OUT).into());
     }
     terms(from, wanted, &mut gradient)?;
     grow(model, wanted, (&begin, &starts, &changes), &mut gradient)?;

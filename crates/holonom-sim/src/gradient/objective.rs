@@ -4,17 +4,34 @@ use crate::design::{ModelTangent, refused};
 use crate::shown::counted::Counted;
 use crate::shown::{Shown, forces};
 use crate::system::System;
-use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, Sensor};
+use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind, Sensor};
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
+use vi_control::momentum::TerminalMomentum;
 use vi_control::objective::{
-    self, Effort, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
+    self, Effort, Judged, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
 };
 use vi_control::terminal_rate::{NodeQuantity, NodeSources, RateOf, TerminalRate};
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::run::MechanismIntegrator;
+
+/// A model with the numbers of sensors among `of` as objectives: their values at the end.
+pub(crate) fn with_sensors(model: &Model, of: &[String]) -> Model {
+    let mut model = model.clone();
+    for name in of {
+        let sensor = name.split('.').next();
+        let is_sensor = model.sensors.iter().any(|own| Some(own.name.as_str()) == sensor);
+        if is_sensor && !model.objectives.iter().any(|own| own.name == *name) {
+            let (sensor, controls) = (Some(name.clone()), Vec::new());
+            let (kind, at) = (ObjectiveKind::Value, CountedAt::End);
+            let (name, target, weight) = (name.clone(), 0.0, 1.0);
+            model.objectives.push(Stated { name, kind, controls, sensor, at, target, weight });
+        }
+    }
+    model
+}
 
 /// A cost, with what is no matter of the motion.
 pub(crate) struct Costs {
@@ -110,10 +127,31 @@ impl Costs {
                 let moved = tangents.iter().map(moved).collect();
                 self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
             }
-            Counted::Sensor { key, of } => {
-                self.add_sensor(model, (system, run), own, (&key, of), tangents)?;
+            Counted::Momentum => self.add_momentum(system, own, tangents)?,
+            Counted::Sensor { key, of, judged } => {
+                let counted = (own, judged);
+                self.add_sensor(model, (system, run), counted, (&key, of), tangents)?;
             }
         }
+        Ok(())
+    }
+
+    /// `½ Σ ᴾp²` of all joints at the end.
+    fn add_momentum(
+        &mut self,
+        system: &System,
+        own: &Stated,
+        tangents: &[ModelTangent],
+    ) -> Result<(), ModelError> {
+        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+        let of_tree = TerminalMomentum::of(&system.mechanism);
+        let term = of_tree.and_then(|own| own.by_parameters(&numbers)).ok_or_else(|| {
+            let what = "momenta along joints that are not all revolute, prismatic, cylindrical or \
+                        fixed, of a tree, the parent inboard";
+            let help = "take rates of joints, by sensors";
+            refused(&format!("objective.{}.type", own.name), what, help)
+        })?;
+        self.sum.add(own.weight, Box::new(term));
         Ok(())
     }
 
@@ -121,30 +159,29 @@ impl Costs {
         &mut self,
         model: &Model,
         (system, run): (&mut System, &MechanismIntegrator),
-        own: &Stated,
+        (own, judged): (&Stated, Judged),
         (key, of): (&str, (&Sensor, Option<&str>)),
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let shown = Shown::of((model, run.rows()), system, key, of, tangents)?;
         let (quantity, reading) = match shown {
             Shown::Node(number) => {
-                return self.add_rate(own, number, (model, system, run), tangents);
+                return self.add_rate((own, judged), number, (model, system, run), tangents);
             }
             Shown::Configuration(quantity, reading) => (quantity, reading),
         };
-        let target = own.target;
         let term: Box<dyn Term> = match (reading, own.at) {
             (Reading::Rate, _) => {
                 let from = (model, &*system, run);
-                return self.add_rate(own, RateOf(quantity), from, tangents);
+                return self.add_rate((own, judged), RateOf(quantity), from, tangents);
             }
             (Reading::Value, CountedAt::Path) if quantity.is_continued() => {
-                let term = Terminal { quantity, target };
+                let term = Terminal { quantity, judged };
                 self.sum.add_along(own.weight, Box::new(term));
                 return Ok(());
             }
-            (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, target }),
-            (Reading::Value, CountedAt::Path) => Box::new(Running { quantity, target }),
+            (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, judged }),
+            (Reading::Value, CountedAt::Path) => Box::new(Running { quantity, judged }),
         };
         self.sum.add(own.weight, term);
         Ok(())
@@ -153,7 +190,7 @@ impl Costs {
     /// A number of a node with its velocity, its multipliers, its acceleration.
     fn add_rate<Q: NodeQuantity + 'static>(
         &mut self,
-        own: &Stated,
+        (own, judged): (&Stated, Judged),
         quantity: Q,
         (model, system, run): (&Model, &System, &MechanismIntegrator),
         tangents: &[ModelTangent],
@@ -170,7 +207,7 @@ impl Costs {
         };
         let masses = forces::masses((model, system), run, quantity.reads_velocity());
         let sources = NodeSources { level, masses };
-        let term = TerminalRate::with((quantity, own.target), run, &numbers, sources);
+        let term = TerminalRate::with((quantity, judged), run, &numbers, sources);
         let term = term.map_err(|error| {
             let help = "take a position or a joint coordinate";
             refused(&key, error.to_string(), help)
@@ -198,6 +235,11 @@ impl Costs {
             weight * 0.5 / h * of.iter().map(|&k| square(k)).sum::<f64>()
         };
         self.of_rates.iter().map(term).sum()
+    }
+
+    /// Their derivative by the length of all steps.
+    pub(crate) fn rates_by_step(&self, controls: &Controls, h: f64) -> f64 {
+        -self.rates(controls, h) / h
     }
 
     /// Its derivatives by the values of each step.

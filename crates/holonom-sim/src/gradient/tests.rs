@@ -725,3 +725,109 @@ fn expressions_of_sensors_agree_with_differences() {
     let jumps = refused("floor(length*angle)");
     assert!(jumps.contains("length") && jumps.contains("sensor.felt.value"), "{jumps}");
 }
+
+/// Pendulums with a rate, with a velocity of its own, and one on the other with a velocity of its
+/// own.
+#[test]
+fn velocities_of_bodies_count_beside_rates_of_joints() {
+    let text = ARM.replace("parent = \"upper\"", "parent = \"ground\"").replace(
+        "name = \"lower\"\nposition",
+        "name = \"lower\"\nvelocity = [\"= 0.2*speed\", \"= 2*speed\", \"= 0.4*speed\"]\nposition",
+    );
+    let text = changed(&text, &[("[0.1, 1.0, 0.2]", "[0.2, 2.0, 0.4]")]);
+    check("beside", &text, 1e-8);
+    let tip = "name = \"lower\"\nvelocity = [0.0, 0.0, \"= -1.6*speed\"]\nangular_velocity = [0.0, \"= 1.5*speed\", 0.0]\nposition";
+    let text = changed(
+        ARM,
+        &[
+            ("name = \"lower\"\nposition", tip),
+            ("[0.1, 1.0, 0.2]", "[0.0, 1.0, 0.0]"),
+            ("velocity = [0.0, 0.0, \"= -1.6*speed\"]", "velocity = [0.0, 0.0, \"= -speed*length*1.75\"]"),
+        ],
+    );
+    check("upon each other", &text, 1e-8);
+}
+
+/// Lengths of springs, laws and distance constraints between points that parameters move.
+#[test]
+fn lengths_of_elements_agree_with_differences() {
+    let elements = "[[spring]]\nname = \"cord\"\nfrom = \"ground\"\nto = \"lower\"\npoint_from = [0.2, \"= 0.3*length\", 1.0]\npoint_to = [\"= 0.4*length\", 0.0, 0.1]\nstiffness = \"= stiffness\"\n[[law]]\nname = \"tie\"\nfrom = \"upper\"\nto = \"ground\"\npoint_from = [0.1, 0.0, 0.2]\npoint_to = [0.5, 0.2, 1.0]\ntension = \"3*(x - 0.4) + 0.1*v\"\n";
+    for (kind, of) in [("length", "cord"), ("length_rate", "cord"), ("distance", "tie"), ("distance_rate", "tie")] {
+        let sensor = format!("{elements}[[sensor]]\nname = \"long\"\ntype = \"{kind}\"\nof = \"{of}\"\n");
+        for at in ["end", "path"] {
+            let counted = format!("[[objective]]\nname = \"near\"\ntype = \"sensor\"\nsensor = \"long\"\ntarget = 0.7\nat = \"{at}\"\n");
+            check(&format!("{kind} of {of} {at}"), &format!("{ARM}{sensor}{counted}"), 1e-8);
+        }
+    }
+}
+
+/// Numbers of sensors themselves, at the end and along the path.
+#[test]
+fn values_of_sensors_agree_with_differences() {
+    let more = "[[sensor]]\nname = \"turn\"\ntype = \"angular_velocity\"\nof = \"lower\"\n[[sensor]]\nname = \"hold\"\ntype = \"reaction\"\nof = \"shoulder\"\n";
+    for sensor in ["tip.z", "angle", "turn.y", "hold.fx"] {
+        for at in ["end", "path"] {
+            let counted = format!("[[objective]]\nname = \"itself\"\ntype = \"value\"\nsensor = \"{sensor}\"\nat = \"{at}\"\nweight = -2.0\n");
+            check(&format!("{sensor} {at}"), &format!("{ARM}{more}{counted}"), 1e-8);
+        }
+    }
+}
+
+/// What is asked for by names that the model has no objectives or parameters of.
+fn asked(text: &str, of: &[&str], only: &[&str], step: bool) -> ModelGradient {
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(&[]).unwrap();
+    let list = |all: &[&str]| all.iter().map(|own| (*own).to_owned()).collect();
+    let wanted = Wanted { of: list(of), only: list(only), step, ..Wanted::everything() };
+    let mut found = gradient(&text, &[], &model, &wanted).unwrap();
+    found.check(&text, &[], &model, &wanted).unwrap();
+    for own in &found.checks {
+        println!("{} {}: {} {:.1e}", own.by, own.direction, own.derivative, own.relative);
+    }
+    assert!(found.worst() < 1e-8, "{:.1e}", found.worst());
+    found
+}
+
+/// `½ (y − target)²` has the derivatives `(y − target) ∂y`, by parameters and by numbers of the
+/// file.
+#[test]
+fn sensors_and_numbers_of_the_file_are_named() {
+    let square = asked(ARM, &["height"], &["speed", "joint.shoulder.spring.rest"], false);
+    let own = asked(ARM, &["tip.z"], &["speed", "joint.shoulder.spring.rest"], false);
+    let e = own.value - 1.5;
+    for (square, own) in square.parameters.iter().zip(&own.parameters) {
+        let apart = (square.derivative / (e * own.derivative) - 1.0).abs();
+        println!("{}: {} {apart:.1e}", own.name, own.derivative);
+        assert!(apart < 1e-12, "{}: {apart:.1e}", own.name);
+    }
+    assert_eq!(own.parameters[1].name, "joint.shoulder.spring.rest");
+    assert_eq!(own.parameters[1].value, 0.2);
+}
+
+/// The length of all steps, with efforts, rates of controls, costs along the path, by compositions
+/// and by Galerkin's method.
+#[test]
+fn lengths_of_steps_agree_with_differences() {
+    let cheap = "[[objective]]\nname = \"cheap\"\ntype = \"effort\"\n[[objective]]\nname = \"when\"\ntype = \"time\"\nweight = 0.3\n";
+    let plain = format!("{ARM}{cheap}");
+    let undamped = changed(&plain, &[("damper = { damping = \"= damping\" }", ""), ("damping = 0.2", "")]);
+    for (name, text) in [
+        ("plain", plain.clone()),
+        ("linkage", LINKAGE.to_owned()),
+        ("composition", changed(&undamped, &[("step = 0.01", "step = 0.01\norder = 4")])),
+        ("galerkin", changed(&plain, &[("step = 0.01", "step = 0.01\norder = 4\nmethod = \"galerkin\"")])),
+    ] {
+        let by = asked(&text, &[], &[], true).by_step;
+        println!("{name}: {by:?}");
+        assert!(by.is_some_and(|by| by != 0.0));
+    }
+}
+
+/// Momenta along the joints of a tree at the end.
+#[test]
+fn momenta_of_joints_agree_with_differences() {
+    let counted = "[[objective]]\nname = \"still\"\ntype = \"momentum\"\nweight = 0.7\n";
+    check("momentum", &format!("{ARM}{counted}"), 1e-8);
+    let refused = found(&format!("{LINKAGE}{counted}"), false).unwrap_err().to_string();
+    assert!(refused.contains("momenta along joints"), "{refused}");
+}

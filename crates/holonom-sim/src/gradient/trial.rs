@@ -125,7 +125,7 @@ impl ModelTrials<'_> {
     pub(crate) fn overrides(&self, theta: &[f64]) -> Vec<Override> {
         let mut overrides = self.overrides.to_vec();
         for (name, value) in self.parameters.iter().zip(theta) {
-            let key = format!("parameters.{name}");
+            let key = design::key_of(name);
             overrides.retain(|own| own.key != key);
             overrides.push(Override::new(key, format!("{value:?}")));
         }
@@ -168,7 +168,7 @@ impl ModelTrials<'_> {
         let read =
             |sensor: &str| self.reads.iter().any(|own| depends_on(model, own.name(), sensor));
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
-        let from = (self.text, &overrides[..], model);
+        let from = ((&self.parameters[..], self.text, &overrides[..]), model);
         let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
         let place = |name: &str| self.parameters.iter().position(|own| own == name);
         tangents.sort_by_key(|own| place(&own.name));
@@ -177,7 +177,7 @@ impl ModelTrials<'_> {
             let idle = self.parameters.iter().find(|name| !moving(name));
             let name = idle.map_or("", String::as_str);
             let what = format!("`{name}`, on which nothing depends");
-            return Err(refused(&format!("parameters.{name}"), what, "leave it out"));
+            return Err(refused(&design::key_of(name), what, "leave it out"));
         }
         let begin = Begin::new(&mut prepared)?;
         let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;

@@ -151,7 +151,8 @@ impl<'m> Prepared<'m> {
                         to targets";
             return Err(refused("simulation.scheme", "estimates along equilibria", help).into());
         }
-        let known = text.parameter_tangents(overrides)?;
+        let names: Vec<String> = wanted.parameters.keys().cloned().collect();
+        let known = text.tangents_of(overrides, &names)?;
         let mut parameters = Vec::new();
         for (name, own) in &wanted.parameters {
             parameters.push(unknown(name, own, &known)?);
@@ -162,7 +163,7 @@ impl<'m> Prepared<'m> {
         let mut trials = ModelTrials {
             text,
             overrides,
-            parameters: wanted.parameters.keys().cloned().collect(),
+            parameters: names,
             initial: Vec::new(),
             reads: reads.collect(),
             joints: Vec::new(),
@@ -257,11 +258,11 @@ fn refusal(error: FitError) -> IdentifyError {
     }
 }
 
-/// The key of an unknown number.
+/// The key of an unknown number; those of the start are `JOINT.coordinate`, `JOINT.rate`.
 fn key_of(name: &str) -> String {
-    match name.contains('.') {
-        true => "identify.initial".to_owned(),
-        false => format!("identify.parameters.{name}"),
+    match name.split('.').nth(1) {
+        Some("coordinate" | "rate") => "identify.initial".to_owned(),
+        _ => format!("identify.parameters.{name}"),
     }
 }
 

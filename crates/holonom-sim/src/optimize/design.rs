@@ -74,6 +74,10 @@ impl Rows {
                         read(vec![0, last], 0.5 * own.weight * h);
                     }
                 }
+            } else if matches!(own.kind, ObjectiveKind::Value | ObjectiveKind::Momentum) {
+                let what = "a design by what is no square of a deviation";
+                let help = "write type = \"sensor\" with a `target`, or a [[condition]]";
+                return Err(refused(&format!("{key}.type"), what, help));
             } else if own.kind != ObjectiveKind::Time {
                 let help = "take a sensor: without controls there is no effort";
                 return Err(refused(
@@ -161,7 +165,8 @@ fn free(
     overrides: &[Override],
     settings: &Optimize,
 ) -> Result<Vec<Parameter>, ModelError> {
-    let known = text.parameter_tangents(overrides)?;
+    let names: Vec<String> = settings.parameters.keys().cloned().collect();
+    let known = text.tangents_of(overrides, &names)?;
     let mut free = Vec::new();
     for (name, bounds) in &settings.parameters {
         let key = format!("optimize.parameters.{name}");

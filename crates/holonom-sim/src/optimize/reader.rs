@@ -161,13 +161,18 @@ impl Reader<'_> {
                 Counted::Work(places) => CostKind::Work(places),
                 Counted::Rate(places) => CostKind::Rate(places),
                 Counted::Time => CostKind::Time,
-                Counted::Sensor { key, of } => {
+                Counted::Momentum => {
+                    let what = "an optimum of controls by momenta along joints";
+                    let help = "write a [[condition]] of type \"rest\"";
+                    return Err(refused(&format!("objective.{}.type", own.name), what, help));
+                }
+                Counted::Sensor { key, of, judged } => {
                     let quantity = self.quantity(&key, of, false)?;
                     let when = match own.at {
                         CountedAt::End => When::End,
                         CountedAt::Path => When::Path,
                     };
-                    CostKind::Deviation { quantity, target: own.target, when }
+                    CostKind::Number { quantity, judged, when }
                 }
             };
             costs.push(Cost { weight: own.weight, kind });

@@ -3,6 +3,7 @@
 use super::orientation::Turned;
 use super::{no_derivative, number_of, shown, split};
 use crate::design::{ModelTangent, refused};
+use crate::sensor::ends_of;
 use crate::system::System;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
@@ -124,7 +125,6 @@ impl Measured {
         (sensor, part): (&Sensor, Option<&str>),
     ) -> Result<(Self, Reading), ModelError> {
         let name = sensor.name.as_str();
-        let is_point = |name: &str| model.frame(name).is_some() || model.particle(name).is_some();
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity => {
                 let axis = component(key, (name, part), model.header.dimension)?;
@@ -137,10 +137,11 @@ impl Measured {
                     }
                 })
             }
-            SensorKind::Distance | SensorKind::DistanceRate if is_point(&sensor.of) => {
-                let to = sensor.to.as_deref().unwrap_or_default();
-                let end = point(model, mechanism, to, sensor.point_to);
-                Ok(Self::Distance(end.minus(&point(model, mechanism, &sensor.of, sensor.point))))
+            SensorKind::Distance | SensorKind::DistanceRate => {
+                let [from, to] = ends_of(model, sensor)
+                    .ok_or_else(|| no_derivative(key, sensor))?
+                    .map(|(name, own)| point(model, mechanism, name, Some(own)));
+                Ok(Self::Distance(to.minus(&from)))
             }
             SensorKind::JointCoordinate | SensorKind::JointRate => {
                 let freedom = part.map_or(Ok(0), str::parse::<usize>).ok();

@@ -2,6 +2,7 @@
 
 use super::named;
 use holonom_model::{Model, ModelError, Objective, ObjectiveKind, Sensor};
+use vi_control::objective::Judged;
 
 /// What an objective counts; controls by their places.
 pub(crate) enum Counted<'a> {
@@ -13,12 +14,16 @@ pub(crate) enum Counted<'a> {
     Rate(Vec<usize>),
     /// `Σ h`.
     Time,
-    /// The deviation of what a sensor shows.
+    /// `½ Σ ᴾp²` at the end.
+    Momentum,
+    /// What a sensor shows.
     Sensor {
         /// Of the model, where it is named.
         key: String,
         /// The sensor, and which of its numbers.
         of: (&'a Sensor, Option<&'a str>),
+        /// What of it costs.
+        judged: Judged,
     },
 }
 
@@ -35,10 +40,15 @@ impl<'a> Counted<'a> {
             ObjectiveKind::Work => Self::Work(places.collect()),
             ObjectiveKind::Rate => Self::Rate(places.collect()),
             ObjectiveKind::Time => Self::Time,
-            ObjectiveKind::Sensor => {
+            ObjectiveKind::Momentum => Self::Momentum,
+            ObjectiveKind::Sensor | ObjectiveKind::Value => {
                 let key = format!("objective.{}.sensor", own.name);
                 let of = named(model, &key, own.sensor.as_deref().unwrap_or_default())?;
-                Self::Sensor { key, of }
+                let judged = match own.kind {
+                    ObjectiveKind::Value => Judged::Itself,
+                    _ => Judged::Deviation(own.target),
+                };
+                Self::Sensor { key, of, judged }
             }
         })
     }

@@ -239,12 +239,12 @@ impl Transcription {
                     }
                 }
                 CostKind::Time => by_step += weight * steps as f64,
-                CostKind::Deviation { quantity, target, when } => {
+                CostKind::Number { quantity, judged, when } => {
                     for (n, factor, by_h) in self.counted(quantity, *when, h) {
-                        let e = self.quantity(point, quantity, n) - target;
-                        by_step += 0.5 * weight * by_h * e * e;
+                        let y = self.quantity(point, quantity, n);
+                        by_step += weight * by_h * judged.cost(y);
                         for (at, slope) in self.quantity_slope(point, quantity, n) {
-                            out[at] += weight * factor * e * slope;
+                            out[at] += weight * factor * judged.slope(y) * slope;
                         }
                     }
                 }
@@ -341,7 +341,7 @@ impl Transcription {
         }
         let mut square = DMatrix::zeros(d, d);
         for cost in &self.problem.costs {
-            let CostKind::Deviation { quantity, target, when } = &cost.kind else { continue };
+            let CostKind::Number { quantity, judged, when } = &cost.kind else { continue };
             for (_, part, _) in
                 self.counted(quantity, *when, point.h).into_iter().filter(|c| c.0 == n)
             {
@@ -351,13 +351,13 @@ impl Transcription {
                     Quantity::Joint { unknown, .. } => slope[unknown.index] = unknown.sign,
                     Quantity::Configuration(own) => {
                         slope = self.number_along(point, n, &**own);
-                        let e = self.quantity(point, quantity, n) - target;
-                        numbers.push((&**own, weight * e));
+                        let y = self.quantity(point, quantity, n);
+                        numbers.push((&**own, weight * judged.slope(y)));
                     }
                     Quantity::Node(_) => continue, // of a step
                 }
                 let slope = DMatrix::from_vec(d, 1, slope);
-                square += weight * &slope * slope.transpose();
+                square += weight * judged.bend() * &slope * slope.transpose();
             }
         }
         for (row, weight) in &products {
@@ -568,7 +568,7 @@ impl Transcription {
                     }
                 }
                 CostKind::Time => {}
-                CostKind::Deviation { quantity, target, when } => {
+                CostKind::Number { quantity, judged, when } => {
                     let of_step = matches!(quantity, Quantity::Node(_));
                     if !(of_step || time.is_some()) {
                         continue;
@@ -576,11 +576,11 @@ impl Transcription {
                     for (n, part, by_h) in self.counted(quantity, *when, h) {
                         let slopes = self.quantity_slope(point, quantity, n);
                         if of_step {
-                            emit_square(&slopes, weight * part, out);
+                            emit_square(&slopes, weight * part * judged.bend(), out);
                         }
                         let Some(time) = time else { continue };
-                        let e = self.quantity(point, quantity, n) - target;
-                        let scale = weight * by_h * e * by_time;
+                        let y = self.quantity(point, quantity, n);
+                        let scale = weight * by_h * judged.slope(y) * by_time;
                         for &(at, slope) in &slopes {
                             let both = if at == time { 2.0 } else { 1.0 };
                             out(time, at, both * scale * slope);

@@ -148,7 +148,7 @@ impl Transcription {
         };
         let mut conditions = self.layout.conditions.iter();
         let of_costs = self.problem.costs.iter().all(|cost| match &cost.kind {
-            CostKind::Deviation { quantity, when, .. } => {
+            CostKind::Number { quantity, when, .. } => {
                 let mut counted = self.counted(quantity, *when, point.h).into_iter();
                 counted.all(|(n, ..)| exists(quantity, n))
             }
@@ -392,10 +392,10 @@ impl Transcription {
             all.push((placed.node, own, lambda[placed.row]));
         }
         for cost in &self.problem.costs {
-            let CostKind::Deviation { quantity, target, when } = &cost.kind else { continue };
+            let CostKind::Number { quantity, judged, when } = &cost.kind else { continue };
             for (n, part, _) in self.counted(quantity, *when, point.h) {
-                let e = self.quantity(point, quantity, n) - target;
-                all.push((n, quantity, factor * cost.weight * part * e));
+                let slope = judged.slope(self.quantity(point, quantity, n));
+                all.push((n, quantity, factor * cost.weight * part * slope));
             }
         }
         all.retain(|(_, own, _)| matches!(own, Quantity::Node(_)));

@@ -271,10 +271,9 @@ impl Transcription {
                 0.5 / h * of_steps(of, &|k, n| change(k, n) * change(k, n))
             }
             CostKind::Time => steps as f64 * h,
-            CostKind::Deviation { quantity, target, when } => {
+            CostKind::Number { quantity, judged, when } => {
                 let at = |(n, factor, _): (usize, f64, f64)| {
-                    let e = self.quantity(point, quantity, n) - target;
-                    0.5 * factor * e * e
+                    factor * judged.cost(self.quantity(point, quantity, n))
                 };
                 self.counted(quantity, *when, h).into_iter().map(at).sum()
             }

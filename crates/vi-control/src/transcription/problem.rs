@@ -1,7 +1,7 @@
 //! What a motion is asked for: controls, costs, conditions, the time it takes.
 
 use crate::node::NodeQuantity;
-use crate::objective;
+use crate::objective::{self, Judged};
 use crate::terminal_rate::RateError;
 use std::sync::Arc;
 use vi_constraints::Method;
@@ -149,14 +149,14 @@ pub enum CostKind {
     Rate(Vec<usize>),
     /// `T = N h`.
     Time,
-    /// `½ (y − target)²`: at the end or at a node once, along the path `Σ (h/2)` of both ends of
-    /// each step, of numbers of the configuration that are not continued of each sub-step: with
-    /// these a sum has the order of a composition, all others have order 2.
-    Deviation {
+    /// `c(y)`: at the end or at a node once, along the path `Σ (h/2)` of both ends of each step, of
+    /// numbers of the configuration that are not continued of each sub-step: with these a sum has
+    /// the order of a composition, all others have order 2.
+    Number {
         /// `y`.
         quantity: Quantity,
-        /// Its value that costs nothing.
-        target: f64,
+        /// `c`.
+        judged: Judged,
         /// Where it counts.
         when: When,
     },
@@ -392,7 +392,7 @@ impl Problem {
     pub(super) fn numbers(&self) -> impl Iterator<Item = (&str, &Quantity)> {
         let conditions = self.conditions.iter().map(|own| (own.name.as_str(), &own.quantity));
         let costs = self.costs.iter().filter_map(|cost| match &cost.kind {
-            CostKind::Deviation { quantity, .. } => Some(("objective", quantity)),
+            CostKind::Number { quantity, .. } => Some(("objective", quantity)),
             _ => None,
         });
         conditions.chain(costs)
@@ -425,8 +425,8 @@ impl Problem {
                 }
             }
             CostKind::Time => Ok(()),
-            CostKind::Deviation { target, when, .. } => {
-                if !target.is_finite() {
+            CostKind::Number { judged, when, .. } => {
+                if !judged.is_finite() {
                     return Err(ProblemError::NotANumber("target".to_owned()));
                 }
                 self.check_node("objective", *when)

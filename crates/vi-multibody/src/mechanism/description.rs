@@ -5,6 +5,7 @@ use crate::geometry::form::Form;
 use crate::pair::joint::{FrameId, GROUND, Joint, Side};
 use crate::pair::{PairKind, thread};
 use nalgebra::{Matrix3, Vector3};
+use std::ops::Range;
 use vi_rigid::body::RigidBody;
 use vi_rigid::directors;
 
@@ -115,6 +116,17 @@ pub struct Description {
     pub scalars: Vec<ScalarConstraint>,
     /// Joints that the spanning tree leaves out: the user's choice of cuts.
     pub cuts: Vec<usize>,
+    /// Frames that begin with the motion of another one, in the order in which they take it.
+    pub carried: Vec<Carried>,
+}
+
+/// Frames that begin as one rigid body with another frame: the nodes of a beam that a joint moves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Carried {
+    /// The frames.
+    pub frames: Range<usize>,
+    /// The frame whose motion they take; it may be one of them.
+    pub with: usize,
 }
 
 /// Where a spring or a sensor is attached.

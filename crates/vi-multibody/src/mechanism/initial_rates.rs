@@ -7,7 +7,7 @@
 
 use crate::mechanism::BodySpec;
 use crate::mechanism::Mechanism;
-use crate::mechanism::description::Description;
+use crate::mechanism::description::{Carried, Description};
 use crate::pair::Twist;
 use crate::pair::joint::{FrameId, Joint};
 use crate::tree::Link;
@@ -123,12 +123,13 @@ pub fn apply(
         }
         for (frames, moving) in carried {
             let (center, twist) = (description.bodies[moving].center, twists[moving]);
-            for frame in frames {
+            for frame in frames.clone() {
                 still[frame] = false;
                 let body = &mut description.bodies[frame];
                 body.velocity = twist.linear + twist.angular.cross(&(body.center - center));
                 body.omega = twist.angular;
             }
+            description.carried.push(Carried { frames, with: moving });
         }
     }
     for (body, twist) in description.bodies.iter_mut().zip(&twists) {
