@@ -510,13 +510,19 @@ impl GradientCase {
                 TermCase::TerminalPoint { body, point, target, weight } => {
                     for axis in 0..3 {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
-                        add(weight, Box::new(Terminal { quantity, judged: Judged::Deviation(target) }));
+                        add(
+                            weight,
+                            Box::new(Terminal { quantity, judged: Judged::Deviation(target) }),
+                        );
                     }
                 }
                 TermCase::RunningPoint { body, point, target, weight } => {
                     for axis in 0..3 {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
-                        add(weight, Box::new(Running { quantity, judged: Judged::Deviation(target) }));
+                        add(
+                            weight,
+                            Box::new(Running { quantity, judged: Judged::Deviation(target) }),
+                        );
                     }
                 }
                 TermCase::TerminalCoordinate { joint, freedom, target, weight } => {

@@ -351,13 +351,18 @@ impl Case {
                     let target = number(&term["target"]);
                     costs.push(Cost {
                         weight,
-                        kind: CostKind::Number { quantity, judged: Judged::Deviation(target), when },
+                        kind: CostKind::Number {
+                            quantity,
+                            judged: Judged::Deviation(target),
+                            when,
+                        },
                     });
                 }
                 "terminal_point" | "running_point" => {
                     let targets = numbers(&term["target"]);
                     for (quantity, target) in self.point(term).into_iter().zip(targets) {
-                        let kind = CostKind::Number { quantity, judged: Judged::Deviation(target), when };
+                        let kind =
+                            CostKind::Number { quantity, judged: Judged::Deviation(target), when };
                         costs.push(Cost { weight, kind });
                     }
                 }

@@ -229,7 +229,8 @@ fn smooth(mut subject: Subject, s: usize, steps: usize) -> Vec<f64> {
     let controls = Controls::new(forces, values, steps);
     let point = Form::point(last, &Vector3::new(0.3, 0.1, -0.2));
     let quantity = PointComponent { point, axis: 2 };
-    let objective = Objective::new().with(1.0, Terminal { quantity, judged: Judged::Deviation(0.4) });
+    let objective =
+        Objective::new().with(1.0, Terminal { quantity, judged: Judged::Deviation(0.4) });
     let h = 0.8 / steps as f64;
     let mut run = subject.built.integrator(options(SchemeKind::Nodal, s, h)).unwrap();
     let task = Task { steps, ..task(&objective, &controls) };

@@ -370,7 +370,8 @@ fn beside_laws() {
             problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             let point = Form::point(12, &vector(0.3, 0.1, -0.2));
             let quantity = Quantity::of_node(RateOf(PointComponent { point, axis: 0 }));
-            let kind = CostKind::Number { quantity, judged: Judged::Deviation(0.2), when: When::Path };
+            let kind =
+                CostKind::Number { quantity, judged: Judged::Deviation(0.2), when: When::Path };
             problem.costs.push(Cost { weight: 0.7, kind });
             let system = Arc::new(case.system().force(force));
             let (mechanism, at) = (&case.mechanism, case.initial());

@@ -198,7 +198,8 @@ pub(crate) fn run_with(
     for (k, (of, effort)) in subject.controlled.iter().enumerate() {
         let coordinate = subject.built.coordinate(*of).unwrap();
         let quantity = coordinate.clone();
-        objective.add(2.0 + k as f64, Box::new(Running { quantity, judged: Judged::Deviation(0.3) }));
+        objective
+            .add(2.0 + k as f64, Box::new(Running { quantity, judged: Judged::Deviation(0.3) }));
         forces.push(Box::new(JointControl { effort: effort.clone(), coordinate }));
     }
     let last = subject.built.mechanism.dim() - 12;
@@ -219,7 +220,13 @@ pub(crate) fn add_rates(run: &MechanismIntegrator, objective: &mut Objective) {
     let last = run.state().q.len() - 12;
     let point = Form::point(last, &Vector3::new(0.1, -0.2, 0.3));
     let rate = RateOf(PointComponent { point, axis: 0 });
-    objective.add_along(4.0, Box::new(TerminalRate::new((rate, Judged::Deviation(0.2)), run, &[]).unwrap()));
+    objective.add_along(
+        4.0,
+        Box::new(TerminalRate::new((rate, Judged::Deviation(0.2)), run, &[]).unwrap()),
+    );
     let spin = Input::Spin(last, 1);
-    objective.add_along(0.7, Box::new(TerminalRate::new((spin, Judged::Deviation(-0.4)), run, &[]).unwrap()));
+    objective.add_along(
+        0.7,
+        Box::new(TerminalRate::new((spin, Judged::Deviation(-0.4)), run, &[]).unwrap()),
+    );
 }

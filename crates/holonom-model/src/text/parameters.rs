@@ -354,11 +354,7 @@ pub(super) fn each_value(table: &DeTable<'_>, visit: &mut dyn FnMut(&str, &DeVal
     }
 }
 
-fn values_below(
-    path: &mut String,
-    value: &DeValue<'_>,
-    visit: &mut dyn FnMut(&str, &DeValue<'_>),
-) {
+fn values_below(path: &mut String, value: &DeValue<'_>, visit: &mut dyn FnMut(&str, &DeValue<'_>)) {
     match value {
         DeValue::Table(table) => {
             for (key, value) in table {

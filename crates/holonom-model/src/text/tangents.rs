@@ -107,9 +107,9 @@ fn at_keys(
     if !keys.is_empty() {
         each_value(table, &mut |path, value| {
             let number = match value {
-                DeValue::Integer(own) => i64::from_str_radix(own.as_str(), own.radix())
-                    .ok()
-                    .map(|number| number as f64),
+                DeValue::Integer(own) => {
+                    i64::from_str_radix(own.as_str(), own.radix()).ok().map(|number| number as f64)
+                }
                 DeValue::Float(own) => own.as_str().parse().ok(),
                 _ => None,
             };

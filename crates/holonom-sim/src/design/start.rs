@@ -434,7 +434,8 @@ impl StartOf<'_> {
             }
             rates = next;
         }
-        let what = format!("the derivative by `{}` of velocities that depend on each other", own.name);
+        let what =
+            format!("the derivative by `{}` of velocities that depend on each other", own.name);
         Err(refused("joint", what, "state the rates of joints alone"))
     }
 }

@@ -10,8 +10,8 @@
 
 use super::objective::with_sensors;
 use super::prepared::{Begin, Prepared};
-use crate::design::key_of;
 use super::{ByStart, GradientFailure, ModelGradient, Wanted};
+use crate::design::key_of;
 use crate::random::Random;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelText, Override};

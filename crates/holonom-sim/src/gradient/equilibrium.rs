@@ -11,9 +11,7 @@ use crate::shown::{all_read, named};
 use crate::statics::{Statics, growing, refuse_states};
 use crate::system::outside::{Outside, OutsideMotion, Still};
 use crate::system::time_function::TimeFunctions;
-use holonom_model::{
-    Constraint, CountedAt, Model, ModelError, Problem, Scheme, SensorKind, Start,
-};
+use holonom_model::{Constraint, CountedAt, Model, ModelError, Problem, Scheme, SensorKind, Start};
 use std::sync::Arc;
 
 /// A path of equilibria with its end.

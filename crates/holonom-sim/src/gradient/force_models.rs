@@ -483,8 +483,9 @@ joint = "hinge"
 hold = 10
 "#;
 
-/// Rates and accelerations of the ball joint: type, of what, choices, numbers.
-pub(super) const TURNS: [(&str, &str, &str, &[&str]); 2] = [
+/// Rotation vector, rates and accelerations of the ball joint: type, of what, choices, numbers.
+pub(super) const TURNS: [(&str, &str, &str, &[&str]); 3] = [
+    ("joint_coordinate", "ball", "", &["x", "y", "z"]),
     ("joint_rate", "ball", "", &["x", "y", "z"]),
     ("joint_acceleration", "ball", "", &["x", "y", "z"]),
 ];

@@ -296,9 +296,8 @@ pub fn parameters(
         let moving = known.iter().filter(|own| !own.is_idle());
         return Ok(moving.map(|own| (own.name.clone(), own.value)).collect());
     }
-    let one = |name: &String| {
-        Ok((name.clone(), design::number(&key_of(name), name, &known)?.value))
-    };
+    let one =
+        |name: &String| Ok((name.clone(), design::number(&key_of(name), name, &known)?.value));
     names.iter().map(one).collect()
 }
 

@@ -742,7 +742,10 @@ fn velocities_of_bodies_count_beside_rates_of_joints() {
         &[
             ("name = \"lower\"\nposition", tip),
             ("[0.1, 1.0, 0.2]", "[0.0, 1.0, 0.0]"),
-            ("velocity = [0.0, 0.0, \"= -1.6*speed\"]", "velocity = [0.0, 0.0, \"= -speed*length*1.75\"]"),
+            (
+                "velocity = [0.0, 0.0, \"= -1.6*speed\"]",
+                "velocity = [0.0, 0.0, \"= -speed*length*1.75\"]",
+            ),
         ],
     );
     check("upon each other", &text, 1e-8);
@@ -752,10 +755,15 @@ fn velocities_of_bodies_count_beside_rates_of_joints() {
 #[test]
 fn lengths_of_elements_agree_with_differences() {
     let elements = "[[spring]]\nname = \"cord\"\nfrom = \"ground\"\nto = \"lower\"\npoint_from = [0.2, \"= 0.3*length\", 1.0]\npoint_to = [\"= 0.4*length\", 0.0, 0.1]\nstiffness = \"= stiffness\"\n[[law]]\nname = \"tie\"\nfrom = \"upper\"\nto = \"ground\"\npoint_from = [0.1, 0.0, 0.2]\npoint_to = [0.5, 0.2, 1.0]\ntension = \"3*(x - 0.4) + 0.1*v\"\n";
-    for (kind, of) in [("length", "cord"), ("length_rate", "cord"), ("distance", "tie"), ("distance_rate", "tie")] {
-        let sensor = format!("{elements}[[sensor]]\nname = \"long\"\ntype = \"{kind}\"\nof = \"{of}\"\n");
+    for (kind, of) in
+        [("length", "cord"), ("length_rate", "cord"), ("distance", "tie"), ("distance_rate", "tie")]
+    {
+        let sensor =
+            format!("{elements}[[sensor]]\nname = \"long\"\ntype = \"{kind}\"\nof = \"{of}\"\n");
         for at in ["end", "path"] {
-            let counted = format!("[[objective]]\nname = \"near\"\ntype = \"sensor\"\nsensor = \"long\"\ntarget = 0.7\nat = \"{at}\"\n");
+            let counted = format!(
+                "[[objective]]\nname = \"near\"\ntype = \"sensor\"\nsensor = \"long\"\ntarget = 0.7\nat = \"{at}\"\n"
+            );
             check(&format!("{kind} of {of} {at}"), &format!("{ARM}{sensor}{counted}"), 1e-8);
         }
     }
@@ -767,7 +775,9 @@ fn values_of_sensors_agree_with_differences() {
     let more = "[[sensor]]\nname = \"turn\"\ntype = \"angular_velocity\"\nof = \"lower\"\n[[sensor]]\nname = \"hold\"\ntype = \"reaction\"\nof = \"shoulder\"\n";
     for sensor in ["tip.z", "angle", "turn.y", "hold.fx"] {
         for at in ["end", "path"] {
-            let counted = format!("[[objective]]\nname = \"itself\"\ntype = \"value\"\nsensor = \"{sensor}\"\nat = \"{at}\"\nweight = -2.0\n");
+            let counted = format!(
+                "[[objective]]\nname = \"itself\"\ntype = \"value\"\nsensor = \"{sensor}\"\nat = \"{at}\"\nweight = -2.0\n"
+            );
             check(&format!("{sensor} {at}"), &format!("{ARM}{more}{counted}"), 1e-8);
         }
     }
@@ -778,7 +788,9 @@ fn asked(text: &str, of: &[&str], only: &[&str], step: bool) -> ModelGradient {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[]).unwrap();
     let list = |all: &[&str]| all.iter().map(|own| (*own).to_owned()).collect();
-    let wanted = Wanted { of: list(of), only: list(only), step, ..Wanted::everything() };
+    let values = vec![vec![0.5, -0.3, 0.2, 0.7]; model.controls.len()];
+    let (of, only) = (list(of), list(only));
+    let wanted = Wanted { of, only, step, values, ..Wanted::everything() };
     let mut found = gradient(&text, &[], &model, &wanted).unwrap();
     found.check(&text, &[], &model, &wanted).unwrap();
     for own in &found.checks {
@@ -808,14 +820,18 @@ fn sensors_and_numbers_of_the_file_are_named() {
 /// and by Galerkin's method.
 #[test]
 fn lengths_of_steps_agree_with_differences() {
-    let cheap = "[[objective]]\nname = \"cheap\"\ntype = \"effort\"\n[[objective]]\nname = \"when\"\ntype = \"time\"\nweight = 0.3\n";
+    let cheap = "[[objective]]\nname = \"cheap\"\ntype = \"effort\"\n[[objective]]\nname = \"when\"\ntype = \"time\"\nweight = 0.3\n[[objective]]\nname = \"smooth\"\ntype = \"rate\"\nweight = 0.01\n";
     let plain = format!("{ARM}{cheap}");
-    let undamped = changed(&plain, &[("damper = { damping = \"= damping\" }", ""), ("damping = 0.2", "")]);
+    let undamped =
+        changed(&plain, &[("damper = { damping = \"= damping\" }", ""), ("damping = 0.2", "")]);
     for (name, text) in [
         ("plain", plain.clone()),
         ("linkage", LINKAGE.to_owned()),
         ("composition", changed(&undamped, &[("step = 0.01", "step = 0.01\norder = 4")])),
-        ("galerkin", changed(&plain, &[("step = 0.01", "step = 0.01\norder = 4\nmethod = \"galerkin\"")])),
+        (
+            "galerkin",
+            changed(&plain, &[("step = 0.01", "step = 0.01\norder = 4\nmethod = \"galerkin\"")]),
+        ),
     ] {
         let by = asked(&text, &[], &[], true).by_step;
         println!("{name}: {by:?}");

@@ -6,6 +6,7 @@
 //! y_θ = B_θ·Δω                        where the axes change with a parameter
 //! ```
 
+use super::ball_coordinate::BallCoordinate;
 use super::{Asked, OfNode};
 use crate::design::ModelTangent;
 use holonom_model::SensorKind;
@@ -105,6 +106,32 @@ impl Curved for Turn {
     }
 }
 
+/// The joint of a sensor, where it is such a one, and which number of its vectors is asked for;
+/// `None` of one before these.
+fn joint_of(asked: Asked<'_>) -> Result<Option<(usize, Option<usize>)>, ModelError> {
+    let Asked { model, system, of: (sensor, _), .. } = asked;
+    let Some(k) = model.joints.iter().position(|own| own.name == sensor.of) else {
+        return Ok(None);
+    };
+    let joint = &system.mechanism.description().joints[k];
+    let Some(first) = joint.kind.rotation_vector() else { return Ok(None) };
+    Ok(Some((k, asked.number()?.checked_sub(first))))
+}
+
+/// A number of the rotation vector that a sensor of such a joint shows; `None` of others.
+///
+/// # Errors
+/// [`ModelError`] of one that has no derivative.
+pub(super) fn coordinate(asked: Asked<'_>) -> Result<Option<BallCoordinate>, ModelError> {
+    if asked.of.0.kind != SensorKind::JointCoordinate {
+        return Ok(None);
+    }
+    let joints = &asked.system.mechanism.description().joints;
+    let found = joint_of(asked)?;
+    let found = found.and_then(|(k, axis)| Some((k, axis?)));
+    Ok(found.map(|(k, axis)| BallCoordinate::new((&joints[k], k), axis, asked.tangents)))
+}
+
 /// What a sensor of such a joint shows; `None` of others.
 ///
 /// # Errors
@@ -115,13 +142,9 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
     if !(accelerates || sensor.kind == SensorKind::JointRate) {
         return Ok(None);
     }
-    let Some(k) = model.joints.iter().position(|own| own.name == sensor.of) else {
-        return Ok(None);
-    };
+    let Some((k, axis)) = joint_of(asked)? else { return Ok(None) };
+    let axis = axis.ok_or_else(|| asked.refused())?;
     let joint = &system.mechanism.description().joints[k];
-    let Some(first) = joint.kind.rotation_vector() else { return Ok(None) };
-    let freedom = asked.number()?;
-    let axis = freedom.checked_sub(first).ok_or_else(|| asked.refused())?;
     let along = |own: &ModelTangent| {
         let axes = own.numbers.joints.get(&k).map(|own| own.parent.axes).unwrap_or_default();
         Side { axes, ..joint.parent }.axis(axis)

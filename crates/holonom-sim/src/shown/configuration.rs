@@ -1,5 +1,6 @@
 //! What a sensor measures as a function of the configuration, with its derivative.
 
+use super::ball_coordinate::BallCoordinate;
 use super::orientation::Turned;
 use super::{no_derivative, number_of, shown, split};
 use crate::design::{ModelTangent, refused};
@@ -37,6 +38,8 @@ pub(crate) enum Measured {
     },
     /// A number of the quaternion of an orientation.
     Orientation(Box<Turned>),
+    /// A number of the rotation vector of a ball joint, rad.
+    Ball(Box<BallCoordinate>),
 }
 
 impl Quantity for Measured {
@@ -47,6 +50,7 @@ impl Quantity for Measured {
             Self::Distance(between) => between.at(at.q).norm(),
             Self::Joint { coordinate, .. } => coordinate.at(at),
             Self::Orientation(own) => own.value(at),
+            Self::Ball(own) => own.value(at),
         }
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
@@ -59,6 +63,7 @@ impl Quantity for Measured {
             }
             Self::Joint { coordinate, .. } => coordinate.add_slope(at, scale, out),
             Self::Orientation(own) => own.add_slope(at, scale, out),
+            Self::Ball(own) => own.add_slope(at, scale, out),
         }
     }
     fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
@@ -68,6 +73,7 @@ impl Quantity for Measured {
             Self::Distance(between) => between.add_length_bend(at.q, v, scale, out),
             Self::Joint { coordinate, .. } => coordinate.add_bend(at.q, v, scale, out),
             Self::Orientation(own) => own.add_bend(at, v, scale, out),
+            Self::Ball(own) => own.add_bend(at, v, scale, out),
         }
     }
     fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]) {
@@ -77,6 +83,7 @@ impl Quantity for Measured {
             Self::Distance(between) => between.add_length_third(at.q, along, scale, out),
             Self::Joint { coordinate, .. } => coordinate.add_third(at, along, scale, out),
             Self::Orientation(own) => own.add_third(at, along, scale, out),
+            Self::Ball(own) => own.add_third(at, along, scale, out),
         }
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
@@ -320,6 +327,7 @@ impl Quantity for Sensed {
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>) -> f64 {
         match (self.by.get(parameter), &self.of) {
+            (_, Measured::Ball(own)) => own.by_parameter(parameter, at),
             (Some(Change::Joint(own)), _) => own.by(at.q),
             (Some(Change::Form(change)), Measured::Point(own)) => change.at(at.q)[own.axis],
             (Some(Change::Form(change)), Measured::Seen(own)) => {
@@ -334,6 +342,7 @@ impl Quantity for Sensed {
     }
     fn rate_by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
         match (self.by.get(parameter), &self.of) {
+            (_, Measured::Ball(own)) => own.rate_by_parameter(parameter, at, v),
             (Some(Change::Joint(own)), _) => own.rate_by(at.q, v),
             (Some(Change::Form(change)), Measured::Point(own)) => change.rate(v)[own.axis],
             (Some(Change::Form(change)), Measured::Seen(own)) => {

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `configuration` | positions, distances, joint coordinates, and their rates; angular velocities |
 //! | `orientation` | quaternions |
-//! | `ball` | rates and accelerations of ball joints |
+//! | `ball`, `ball_coordinate` | rotation vectors, rates and accelerations of ball joints |
 //! | `acting` | efforts of what acts along joints, between points and by laws; powers |
 //! | `forces` | reactions, tensions, efforts of constraints; accelerations |
 //! | `work` | works of what acts |
@@ -20,6 +20,7 @@
 
 mod acting;
 mod ball;
+mod ball_coordinate;
 pub(crate) mod configuration;
 mod contact;
 pub(crate) mod counted;
@@ -82,6 +83,10 @@ impl Shown {
             return Ok(Self::Node(own));
         }
         if let Some(own) = Measured::orientation(model, system, key, of)? {
+            return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
+        }
+        if let Some(own) = ball::coordinate(asked)? {
+            let own = Measured::Ball(Box::new(own));
             return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
         }
         let mechanism = &mut system.mechanism;
