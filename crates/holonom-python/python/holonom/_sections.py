@@ -1695,7 +1695,7 @@ class Builder(Sections):
     def objective(
         self,
         name: str,
-        type: Literal["effort", "work", "time", "rate", "sensor"],
+        type: Literal["effort", "work", "time", "rate", "sensor", "value", "momentum"],
         *,
         at: Literal["end", "path"] | None = None,
         controls: Sequence[Name] | None = None,
@@ -1712,15 +1712,16 @@ class Builder(Sections):
             Its name, unique in the model.
         type : str
             What it is.
-            One of ``"effort"``, ``"work"``, ``"time"``, ``"rate"``, ``"sensor"``.
+            One of ``"effort"``, ``"work"``, ``"time"``, ``"rate"``, ``"sensor"``, ``"value"``,
+            ``"momentum"``.
         at : str, optional
             Where a sensor counts.
             One of ``"end"``, ``"path"``.
         controls : list of str, optional
             The controls of an ``effort``, a ``work`` or a ``rate``; all of them by default.
         sensor : str, optional
-            Of a ``sensor`` its name, of one of several numbers with the number or its heading:
-            ``"tip.z"``, ``"tip.2"``.
+            Of a ``sensor`` or a ``value`` its name, of one of several numbers with the number or
+            its heading: ``"tip.z"``, ``"tip.2"``.
         target : float, optional
             The value that a sensor is to have, in its unit.
         weight : float, optional

@@ -9,7 +9,7 @@
 use super::ball_coordinate::BallCoordinate;
 use super::{Asked, OfNode};
 use crate::design::ModelTangent;
-use holonom_model::SensorKind;
+use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
 use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
 use vi_core::Configuration;
@@ -137,7 +137,7 @@ pub(super) fn coordinate(asked: Asked<'_>) -> Result<Option<BallCoordinate>, Mod
 /// # Errors
 /// [`ModelError`] of one that has no derivative.
 pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
-    let Asked { model, system, of: (sensor, _), tangents, .. } = asked;
+    let Asked { system, of: (sensor, _), tangents, .. } = asked;
     let accelerates = sensor.kind == SensorKind::JointAcceleration;
     if !(accelerates || sensor.kind == SensorKind::JointRate) {
         return Ok(None);

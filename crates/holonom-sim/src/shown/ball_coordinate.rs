@@ -54,10 +54,10 @@ impl BallCoordinate {
         });
         let rotation = Rotation3::from_matrix_unchecked(parent.tr_mul(&child));
         let own = UnitQuaternion::from_rotation_matrix(&rotation).into_inner();
-        let sign = T::of(1.0_f64.copysign(own.w.real()));
+        let sign = T::of(1.0_f64.copysign(Number::real(own.w)));
         let vector = own.imag() * sign;
         let square = vector.norm_squared();
-        let scale = match square.real() < SMALL {
+        let scale = match Number::real(square) < SMALL {
             true => SERIES.iter().rev().fold(T::of(0.0), |sum, c| sum * square + T::of(*c)),
             false => {
                 let sine = square.sqrt();
