@@ -195,7 +195,12 @@ fn tangent(
     let left = slopes.left();
     if let Some(key) = left.iter().find(|key| counts(key) && !is_drawn(key)) {
         let what = format!("the derivative by `{name}`, which enters `{key}`");
-        return Err(refused(key, what, format!("state a number there, or {LEAVE_OUT}")));
+        let help = match (key == name, key.as_str()) {
+            (_, "simulation.step") => "write --by step, at a fixed number of steps".to_owned(),
+            (true, _) => LEAVE_OUT.to_owned(),
+            (false, _) => format!("state a number there, or {LEAVE_OUT}"),
+        };
+        return Err(refused(key, what, help));
     }
     Ok(found)
 }

@@ -41,6 +41,8 @@ pub use tangent::{
 };
 
 use crate::builder::{ElementForce, ForceElements};
+use crate::constraint::joint_coordinate::JointCoordinate;
+use crate::force::law::{Input, Target};
 use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::links_of_joints;
@@ -278,16 +280,29 @@ impl Numbers<'_> {
         self.unread(tangent)
     }
 
-    /// Laws of anything may read any joint.
+    /// Laws of anything neither read nor act along coordinates that change, nor read the past of
+    /// any.
     fn unread(&self, tangent: &MechanismTangent) -> Result<(), DesignError> {
-        let law = |own: &&crate::builder::NamedForce| matches!(own.force, ElementForce::Law(_));
-        let moved = tangent.joints.keys().next();
-        match (self.forces.forces.iter().find(law), moved) {
-            (Some(law), Some(&joint)) => Err(DesignError::Reads {
+        let Some(&joint) = tangent.joints.keys().next() else { return Ok(()) };
+        let moves = |own: &JointCoordinate| MovedCoordinate::moves(self.mechanism, tangent, own);
+        let reads = |input: &Input| match input {
+            Input::Coordinate(own) | Input::Rate(own) => moves(own),
+            Input::Held(_) | Input::Past(_) => true,
+            _ => false,
+        };
+        let moved = |own: &&crate::builder::NamedForce| match &own.force {
+            ElementForce::Law(law) => {
+                let along = matches!(&law.target, Target::Coordinate(own) if moves(own));
+                along || law.reading.inputs.iter().any(reads)
+            }
+            _ => false,
+        };
+        match self.forces.forces.iter().find(moved) {
+            Some(law) => Err(DesignError::Reads {
                 force: law.name.clone(),
                 joint: self.mechanism.description().joints[joint].name.clone(),
             }),
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 }

@@ -23,6 +23,23 @@ impl MovedCoordinate {
         moved_value(mechanism, tangent, coordinate).map(|value| Self { value })
     }
 
+    /// Whether a coordinate changes with a parameter where the configuration does not: an angle with
+    /// the axes of its joint, a length with the anchors as well.
+    #[must_use]
+    pub fn moves(
+        mechanism: &Mechanism,
+        tangent: &MechanismTangent,
+        coordinate: &JointCoordinate,
+    ) -> bool {
+        let Some((joint, freedom)) = coordinate.place() else { return !tangent.joints.is_empty() };
+        let Some(change) = tangent.joints.get(&joint) else { return false };
+        let sides = [&change.parent, &change.child];
+        let kind = mechanism.description().joints[joint].kind;
+        let of_axes_alone = kind.is_angle(freedom) && kind.pitch().is_none();
+        sides.iter().any(|own| own.axes.amax() != 0.0 || !of_axes_alone && own.anchor.amax() != 0.0)
+            || change.pitch != 0.0
+    }
+
     /// `x_θ`, m or rad for each unit of the parameter.
     #[must_use]
     pub fn by(&self, q: &[f64]) -> f64 {
