@@ -1,5 +1,6 @@
 """Stored gradients, optima and estimates of an independent implementation, from models written here."""
 
+import copy
 import json
 from pathlib import Path
 from typing import Any
@@ -33,14 +34,60 @@ def turn(vector: Array) -> Array:
     return turned
 
 
-def placed(own: dict[str, Any]) -> list[tuple[Array, Array]]:
-    """Position and directors of each body at the initial coordinates."""
+def opened(own: dict[str, Any], coordinates: Array) -> Array:
+    """By how much the cut joints are open: places, and axes."""
+    at = placed(own, coordinates)
+    ground = (np.zeros(3), np.eye(3))
+    open_by = []
+    for k in own["cut_joints"]:
+        joint = own["joints"][k]
+        ends = [ground if end < 0 else at[end] for end in (joint["parent"], joint["child"])]
+        sides = ("parent", "child")
+        stated = [
+            np.eye(3) if joint[side] < 0 else np.array(own["bodies"][joint[side]]["directors"])
+            for side in sides
+        ]
+        axis = np.array(joint["axis"])
+        axes = [axis, stated[1].T @ stated[0] @ axis]
+        points = [
+            position + directors @ np.array(joint[f"anchor_{side}"])
+            for (position, directors), side in zip(ends, sides, strict=True)
+        ]
+        open_by += [points[1] - points[0], ends[1][1] @ axes[1] - ends[0][1] @ axes[0]]
+    return np.concatenate(open_by)
+
+
+def closed(own: dict[str, Any]) -> list[float]:
+    """The coordinates of the tree at the start: the others follow from those that are given."""
+    initial = own["initial"]
+    if "independent" not in initial or "consistent_coordinates" in initial:
+        values: list[float] = initial.get("consistent_coordinates", initial["coordinates"])
+        return values
+    tree = [k for k in range(len(own["joints"])) if k not in own["cut_joints"]]
+    x = np.zeros(len(tree))
+    given = [tree.index(k) for k in initial["independent"]]
+    free = [k for k in range(len(tree)) if k not in given]
+    x[given] = initial["coordinates"]
+    for _ in range(60):
+        left = opened(own, x)
+        columns = []
+        for k in free:
+            step = np.zeros(len(tree))
+            step[k] = 1e-6
+            columns.append((opened(own, x + step) - opened(own, x - step)) / 2e-6)
+        x[free] -= np.linalg.lstsq(np.array(columns).T, left, rcond=None)[0]
+    assert np.max(np.abs(opened(own, x))) < 1e-14
+    found: list[float] = x.tolist()
+    return found
+
+
+def placed(own: dict[str, Any], coordinates: Any = None) -> list[tuple[Array, Array]]:
+    """Position and directors of each body at coordinates of the tree, by default the initial ones."""
     bodies, joints = own["bodies"], own["joints"]
     stated = [np.array(body["directors"]) for body in bodies]
     positions = [np.array(body["position"]) for body in bodies]
     found: list[tuple[Array, Array]] = list(zip(positions, stated, strict=True))
-    initial = own["initial"]
-    values = iter(initial.get("consistent_coordinates", initial["coordinates"]))
+    values = iter(closed(own) if coordinates is None else coordinates)
     for k, joint in enumerate(joints):
         if k in own["cut_joints"] or joint["type"] == "F":
             continue
@@ -183,10 +230,13 @@ def freedoms(own: dict[str, Any]) -> list[tuple[int, int]]:
 
 
 def begun(own: dict[str, Any]) -> dict[tuple[int, int], float]:
-    """The coordinates at the start."""
-    initial = own["initial"]
-    values = initial.get("consistent_coordinates", initial["coordinates"])
-    return dict(zip(freedoms(own), values, strict=True))
+    """What the coordinates of a case are less those of its model at the start: angles of a model
+    count from where its bodies are drawn, displacements between anchors do not."""
+    slides = {"P": (0,), "C": (0,)}
+    return {
+        (k, freedom): 0.0 if freedom in slides.get(own["joints"][k]["type"], ()) else value
+        for (k, freedom), value in zip(freedoms(own), closed(own), strict=True)
+    }
 
 
 def parameters(own: dict[str, Any], model: dict[str, Any]) -> None:
@@ -253,6 +303,7 @@ def forced(own: dict[str, Any]) -> dict[str, Any]:
     names = [body["name"] for body in own["bodies"]]
     model["spring"] = [
         {
+            "name": f"spring{k}",
             "from": "ground" if spring["body_a"] < 0 else names[spring["body_a"]],
             "to": "ground" if spring["body_b"] < 0 else names[spring["body_b"]],
             "point_from": spring["point_a"],
@@ -260,7 +311,7 @@ def forced(own: dict[str, Any]) -> dict[str, Any]:
             "stiffness": spring["stiffness"],
             "natural_length": spring["rest_length"],
         }
-        for spring in own.get("springs") or []
+        for k, spring in enumerate(own.get("springs") or [])
     ]
     model["control"] = [
         {
@@ -270,7 +321,7 @@ def forced(own: dict[str, Any]) -> dict[str, Any]:
         }
         for k, effort in enumerate(own.get("efforts") or [])
     ]
-    return model
+    return copy.deepcopy(model)  # its lists are those of the case
 
 
 def term(own: dict[str, Any], k: int, model: dict[str, Any]) -> None:
