@@ -19,12 +19,12 @@ from ._model import Model, model_of
 Array = NDArray[np.float64]
 
 
-@guarded()
 def _key(name: str) -> str:
     """The key of a parameter by its name, of a number of the file the key itself."""
     return name if "." in name else f"parameters.{name}"
 
 
+@guarded()
 class Gradient:
     """The objectives of a model as a function of numbers, with its exact gradient.
 
