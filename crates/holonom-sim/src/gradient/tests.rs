@@ -854,13 +854,15 @@ fn momenta_of_joints_agree_with_differences() {
 fn laws_that_read_angles_count_beside_lengths() {
     let law = |read: &str| {
         format!(
-            "{ARM}[[signal]]\nname = \"drive\"\npid = {{ of = \"0.6 - shoulder - 0.2*{read}\", proportional = 5.0, integral = 2.0, derivative = 0.3, filter = 0.02 }}\n\
-             [[law]]\nname = \"motor\"\njoint = \"shoulder\"\neffort = \"drive + 0.1*{read}.rate*lower.vx\"\n\
-             [[sensor]]\nname = \"pull\"\ntype = \"expression\"\nvalue = \"2*drive\"\n\
-             [[objective]]\nname = \"gently\"\ntype = \"value\"\nsensor = \"pull\"\nat = \"path\"\n"
+            "{ARM}[[signal]]\nname = \"steer\"\npid = {{ of = \"0.6 - shoulder - 0.2*{read}\", proportional = 5.0, integral = 2.0, derivative = 0.3, filter = 0.02 }}\n\
+             [[law]]\nname = \"motor\"\njoint = \"shoulder\"\neffort = \"steer + 0.1*{read}.rate*lower.vx\"\n"
         )
     };
-    check("angles", &law("elbow.1"), 1e-8);
-    let refused = found(&law("elbow"), false).unwrap_err().to_string();
-    assert!(refused.contains("whose geometry changes"), "{refused}");
+    let pull = "[[sensor]]\nname = \"pull\"\ntype = \"expression\"\nvalue = \"2*steer\"\n\
+                [[objective]]\nname = \"gently\"\ntype = \"value\"\nsensor = \"pull\"\nat = \"path\"\n";
+    check("angles", &(law("elbow.1") + pull), 1e-8);
+    let refused = |text: &str| found(text, false).unwrap_err().to_string();
+    let (read, counted) = (refused(&law("elbow")), refused(&(law("elbow") + pull)));
+    assert!(read.contains("whose geometry changes"), "{read}");
+    assert!(counted.contains("moves a joint that the signal `steer` may read"), "{counted}");
 }
