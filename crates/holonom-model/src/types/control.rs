@@ -168,8 +168,8 @@ pub struct Objective {
     /// The controls of an `effort`, a `work` or a `rate`; all of them by default.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub controls: Vec<String>,
-    /// Of a `sensor` or a `value` its name, of one of several numbers with the number or its heading: `"tip.z"`,
-    /// `"tip.2"`.
+    /// Of a `sensor` or a `value` its name, of one of several numbers with the number or its
+    /// heading: `"tip.z"`, `"tip.2"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sensor: Option<String>,
     /// Where a sensor counts.
