@@ -7,16 +7,19 @@
 //! ```
 
 use super::ModelTangent;
-use super::start::StartOf;
 use crate::start::independent::TreeCoordinate;
+use holonom_model::Model;
 use nalgebra::Vector3;
 use vi_constraints::InitialValues;
 use vi_multibody::design::start::{self, StartCoordinate};
+use vi_multibody::mechanism::Mechanism;
 use vi_rigid::directors::{self, FRAME};
 
 /// What rates follow from.
 pub(super) struct FollowedRates<'a> {
-    pub(super) of: &'a StartOf<'a>,
+    pub(super) model: &'a Model,
+    pub(super) mechanism: &'a Mechanism,
+    pub(super) at: InitialValues<'a>,
     pub(super) own: &'a ModelTangent,
     pub(super) dq: &'a [f64],
 }
@@ -48,9 +51,9 @@ impl FollowedRates<'_> {
 
     /// `δv` of the centre and `δω` of a frame that another one carries.
     fn carried(&self, frame: usize, dv: &[f64]) -> Option<[Vector3<f64>; 2]> {
-        let carried = &self.of.mechanism.description().carried;
+        let carried = &self.mechanism.description().carried;
         let m = carried.iter().find(|own| own.frames.contains(&frame))?.with;
-        let InitialValues { q, v, .. } = self.of.at;
+        let InitialValues { q, v, .. } = self.at;
         let of = |k: usize| FRAME * k..FRAME * (k + 1);
         let omega = directors::angular_velocity(&q[of(m)], &v[of(m)]);
         let change = directors::angular_velocity(&self.dq[of(m)], &v[of(m)])
@@ -63,7 +66,7 @@ impl FollowedRates<'_> {
 
     /// Of a joint without a rate: zero, unless its child states a velocity.
     fn of_joint(&self, joint: usize, coordinate: &StartCoordinate, dv: &[f64]) -> f64 {
-        let StartOf { model, mechanism, at, .. } = *self.of;
+        let Self { model, mechanism, at, .. } = *self;
         let child = mechanism.description().joints.get(joint).map(|own| own.child.frame);
         let Some(vi_multibody::joint::FrameId::Frame(child)) = child else { return 0.0 };
         let is_stated = model.bodies.get(child).is_some_and(|body| {

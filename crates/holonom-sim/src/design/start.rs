@@ -419,7 +419,8 @@ impl StartOf<'_> {
         let closed = self.mechanism.has_loops();
         let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
         let coordinates: Vec<StartCoordinate> = chosen.iter().map(|own| own.2.clone()).collect();
-        let follow = FollowedRates { of: self, own, dq };
+        let Self { model, mechanism, at, .. } = *self;
+        let follow = FollowedRates { model, mechanism, at, own, dq };
         let mut rates = follow.of_all(&chosen, &own.v);
         // as many passes as there are parts that move with others
         for _ in 0..=coordinates.len() {

@@ -6,8 +6,8 @@
 //! ```
 //! Differences resolve nothing below some `r/ε`: eight times the largest of the directions of a
 //! kind does not count as apart. Rounding alone, as of a number that nothing changes, is taken for
-//! an error in one of 30 000 comparisons then; it were one of 50 without the factor. What is zero by
-//! symmetry is a number of `ε²` at most that is no more than rounding.
+//! an error in one of 30 000 comparisons then; it were one of 50 without the factor. What is zero
+//! by symmetry is a number of `ε²` at most that is no more than rounding.
 
 use super::objective::with_sensors;
 use super::prepared::{Begin, Prepared};

@@ -275,8 +275,8 @@ fn by(text: &str, steps: &str) -> String {
     text.replace("[simulation]\n", &format!("[simulation]\n{steps}"))
 }
 
-/// Of trees and bars, by parameters, by the start, by controls: at the end those act in the steps on
-/// both sides of the node; along the path the first node has the multipliers of the acceleration
+/// Of trees and bars, by parameters, by the start, by controls: at the end those act in the steps
+/// on both sides of the node; along the path the first node has the multipliers of the acceleration
 /// level.
 #[test]
 fn reactions_agree_with_differences() {

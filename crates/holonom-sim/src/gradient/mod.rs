@@ -281,8 +281,8 @@ impl ModelGradient {
     }
 }
 
-/// Parameters by their names, and numbers by their keys, with their values; where there are no names, all numbers under
-/// `[parameters]` on which something depends.
+/// Parameters by their names, and numbers by their keys, with their values; where there are no
+/// names, all numbers under `[parameters]` on which something depends.
 ///
 /// # Errors
 /// [`ModelError`] of a name that is none of these.

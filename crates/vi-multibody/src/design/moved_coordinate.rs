@@ -23,8 +23,8 @@ impl MovedCoordinate {
         moved_value(mechanism, tangent, coordinate).map(|value| Self { value })
     }
 
-    /// Whether a coordinate changes with a parameter where the configuration does not: an angle with
-    /// the axes of its joint, a length with the anchors as well.
+    /// Whether a coordinate changes with a parameter where the configuration does not: an angle
+    /// with the axes of its joint, a length with the anchors as well.
     #[must_use]
     pub fn moves(
         mechanism: &Mechanism,
