@@ -17,15 +17,16 @@ const HOLD: [usize; 2] = [3, 4];
 /// Values of both.
 const VALUES: [&[f64]; 2] = [&[1.0, -0.4, 0.7, 0.2], &[0.3, -0.8, 0.5, 0.9]];
 
-/// Places of a mass, kg, that begins with a speed, m/s, under an effort in each step.
-fn places(mass: f64, speed: f64, efforts: &[f64]) -> Vec<f64> {
+/// Places of a mass, kg, that begins with a speed, m/s, under an effort in each step, and its speed
+/// at the end.
+fn places(mass: f64, speed: f64, efforts: &[f64]) -> (Vec<f64>, f64) {
     let (mut x, mut v) = (vec![0.0], speed);
     for effort in efforts {
         let before = v;
         v += STEP * effort / mass;
         x.push(x[x.len() - 1] + 0.5 * STEP * (before + v));
     }
-    x
+    (x, v)
 }
 
 /// The efforts of each step.
@@ -40,9 +41,10 @@ fn efforts(values: &[Vec<f64>]) -> [Vec<f64>; 2] {
 }
 
 /// The terms by their names.
-fn terms(values: &[Vec<f64>]) -> [(&'static str, f64); 6] {
+fn terms(values: &[Vec<f64>]) -> [(&'static str, f64); 7] {
     let [push, pull] = efforts(values);
-    let (x, y) = (places(2.0, 0.3, &push), places(1.5, -0.2, &pull));
+    let ((x, _), (y, _)) = (places(2.0, 0.3, &push), places(1.5, -0.2, &pull));
+    let sum: f64 = x.windows(2).map(|x| x[0] + x[1]).sum();
     let path: f64 = y.windows(2).map(|e| (e[0] - 0.2).powi(2) + (e[1] - 0.2).powi(2)).sum();
     let work = |efforts: &[f64], x: &[f64]| -> f64 {
         efforts.iter().zip(x.windows(2)).map(|(w, x)| w * (x[1] - x[0])).sum()
@@ -56,11 +58,31 @@ fn terms(values: &[Vec<f64>]) -> [(&'static str, f64); 6] {
         ("worked", 0.7 * (work(&push, &x) + work(&pull, &y))),
         ("smooth", 0.01 * 0.5 / STEP * rate),
         ("short", 1.3 * STEPS as f64 * STEP),
+        ("mean", 0.6 * 0.5 * STEP * sum),
     ]
 }
 
 fn cost(values: &[Vec<f64>]) -> f64 {
     terms(values).iter().map(|own| own.1).sum()
+}
+
+/// Half the sum of squares of both momenta at the end, weighted.
+fn cost_of_momenta(values: &[Vec<f64>]) -> f64 {
+    let [push, pull] = efforts(values);
+    let [a, b] = [2.0 * places(2.0, 0.3, &push).1, 1.5 * places(1.5, -0.2, &pull).1];
+    0.2 * 0.5 * (a * a + b * b)
+}
+
+fn at_rest(run: &Run) -> Checks {
+    let mut checks = Checks::default();
+    let Some(found) = found(&run.document.to_string()) else {
+        checks.near("there is a gradient", 0.0, 1.0, 1e-3);
+        return checks;
+    };
+    let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
+    checks.near("cost", found.value, cost_of_momenta(&values), 1e-11);
+    compare(&mut checks, &found, ["push", "pull"], (1.0, 1e-11), &cost_of_momenta);
+    checks
 }
 
 fn found(document: &str) -> Option<ModelGradient> {
@@ -104,6 +126,16 @@ pub(super) fn cases() -> Vec<Case> {
         objective("worked", "type = \"work\"\nweight = 0.7\n"),
         objective("smooth", "type = \"rate\"\ncontrols = [\"pull\"]\nweight = 0.01\n"),
         objective("short", "type = \"time\"\nweight = 1.3\n"),
+        objective("mean", "type = \"value\"\nsensor = \"place.x\"\nat = \"path\"\nweight = 0.6\n"),
+    ]
+    .concat();
+    let momenta = [
+        head("momenta", &format!("step = {STEP}, end = {:?}", STEP * STEPS as f64)),
+        slider("a", 2.0, "type = \"prismatic\"\naxis = [1.0, 0.0, 0.0]\nrate = 0.3\n"),
+        slider("b", 1.5, "type = \"prismatic\"\naxis = [0.0, 1.0, 0.0]\nrate = -0.2\n"),
+        part("control", "push") + "joint = \"a_rail\"\nhold = 3\n",
+        part("control", "pull") + "joint = \"b_rail\"\nhold = 4\nshape = \"linear\"\n",
+        objective("still", "type = \"momentum\"\nweight = 0.2\n"),
     ]
     .concat();
     let bound = "bounds are those of an optimum";
@@ -112,6 +144,7 @@ pub(super) fn cases() -> Vec<Case> {
     vec![
         controls,
         Case::new("objectives", text, judged).only("objective"),
+        Case::new("momenta", momenta, at_rest).only("objective"),
         wrenches(),
         design("condition"),
         design("optimize"),
