@@ -274,7 +274,7 @@ mod tests {
         assert_eq!((found[3].name.as_str(), found[3].value), ("law.push.point.1", 1.0));
         assert_eq!(found[3].keys, [("law.push.point.1".to_owned(), 1.0)].into());
         assert_eq!(found[4].value, 0.0);
-        let refused = |name: &str| of(&[name]).err().map(|e| e.to_string()).unwrap_or_default();
+        let refused = |name: &str| format!("{:?}", of(&[name]).expect_err("no number"));
         assert!(refused("body.arm.mass").contains("no number stands there"));
         assert!(refused("body.arm.positoin.1").contains("body.arm.position.1"));
     }
