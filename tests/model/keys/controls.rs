@@ -74,15 +74,25 @@ fn cost_of_momenta(values: &[Vec<f64>]) -> f64 {
 }
 
 fn at_rest(run: &Run) -> Checks {
+    of_cost(run, ["push", "pull"], (1.0, 1e-11), &cost_of_momenta).0
+}
+
+/// The cost and its derivatives by the values of both controls; the gradient, where there is one.
+fn of_cost(
+    run: &Run,
+    names: [&str; 2],
+    within: (f64, f64),
+    cost: &dyn Fn(&[Vec<f64>]) -> f64,
+) -> (Checks, Option<ModelGradient>) {
     let mut checks = Checks::default();
     let Some(found) = found(&run.document.to_string()) else {
         checks.near("there is a gradient", 0.0, 1.0, 1e-3);
-        return checks;
+        return (checks, None);
     };
     let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
-    checks.near("cost", found.value, cost_of_momenta(&values), 1e-11);
-    compare(&mut checks, &found, ["push", "pull"], (1.0, 1e-11), &cost_of_momenta);
-    checks
+    checks.near("cost", found.value, cost(&values), 1e-11);
+    compare(&mut checks, &found, names, within, cost);
+    (checks, Some(found))
 }
 
 fn found(document: &str) -> Option<ModelGradient> {
@@ -205,15 +215,7 @@ fn cost_of_loads(values: &[Vec<f64>]) -> f64 {
 }
 
 fn wrenched(run: &Run) -> Checks {
-    let mut checks = Checks::default();
-    let Some(found) = found(&run.document.to_string()) else {
-        checks.near("there is a gradient", 0.0, 1.0, 1e-3);
-        return checks;
-    };
-    let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
-    checks.near("cost", found.value, cost_of_loads(&values), 1e-11);
-    compare(&mut checks, &found, ["jet", "wind"], (1e-4, 1e-7), &cost_of_loads);
-    checks
+    of_cost(run, ["jet", "wind"], (1e-4, 1e-7), &cost_of_loads).0
 }
 
 /// Masses that slide at speeds that are free, one on a spring: each speed follows from a condition,
@@ -332,17 +334,11 @@ fn compare(
 }
 
 fn judged(run: &Run) -> Checks {
-    let mut checks = Checks::default();
-    let Some(found) = found(&run.document.to_string()) else {
-        checks.near("there is a gradient", 0.0, 1.0, 1e-3);
-        return checks;
-    };
+    let (mut checks, found) = of_cost(run, ["push", "pull"], (1.0, 1e-11), &cost);
     let values: Vec<Vec<f64>> = VALUES.iter().map(|own| own.to_vec()).collect();
-    checks.near("cost", found.value, cost(&values), 1e-11);
     for (name, value) in terms(&values) {
-        let own = found.terms.iter().find(|own| own.name == name);
+        let own = found.iter().flat_map(|found| &found.terms).find(|own| own.name == name);
         checks.near(name, own.map_or(f64::INFINITY, |own| own.value), value, 1e-11);
     }
-    compare(&mut checks, &found, ["push", "pull"], (1.0, 1e-11), &cost);
     checks
 }

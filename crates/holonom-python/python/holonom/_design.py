@@ -89,8 +89,11 @@ class Gradient:
         self._joints = [own[:2] for own in _core.initial(core)] if initial else []
         names, values = list(known), list(known.values())
         self._controls: list[tuple[str, int]] = []
+        found: dict[str, Any] = {}
+        if controls or step:
+            place = self._place(self._of, [[]] if controls else [], [], [])
+            found, _ = _core.gradient(core, place)
         if controls:
-            found, _ = _core.gradient(core, self._place(self._of, [[]], [], []))
             self._controls = [(own["name"], len(own["derivatives"])) for own in found["controls"]]
             for name, count in self._controls:
                 names += [f"{name}[{k}]" for k in range(count)]
@@ -101,7 +104,6 @@ class Gradient:
             names += [f"{joint}.rate.{k}" for joint, k, _, _ in stated]
             values += [own[2] for own in stated] + [own[3] for own in stated]
         if step:
-            found, _ = _core.gradient(core, self._place(self._of, [], [], []))
             self._steps = int(found["steps"])
             names.append("step")
             values.append(float(found["step"]))

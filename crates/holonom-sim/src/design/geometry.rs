@@ -1,7 +1,10 @@
 //! Masses, joints, bars and constraints by a parameter.
 
 use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
-use holonom_model::{Constraint, GROUND, Inertia, Joint, JointKind, ModelError, SensorKind};
+use crate::sensor::line_of;
+use holonom_model::{
+    Constraint, GROUND, Inertia, Joint, JointKind, ModelError, Sensor, SensorKind,
+};
 use nalgebra::{Matrix3, Vector3};
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
@@ -242,46 +245,18 @@ impl Chain<'_> {
         }
     }
 
-    /// How the line along a spring, a bar, a law or a distance constraint changes.
-    fn line_change(&self, name: &str) -> Form {
-        let Self { stated, .. } = *self;
-        let change = |key: &str, ends: [&str; 2], points: [(&str, &[f64]); 2], base| {
-            let [from, to] = [0, 1].map(|k| {
-                let (part, stated) = points[k];
-                let own = self.held(&format!("{key}.{name}.{part}"), ends[k], Some(stated));
-                self.point_change(ends[k], &own, base)
-            });
-            to.minus(&from)
+    /// How the line of a distance changes.
+    fn line_change(&self, sensor: &Sensor) -> Form {
+        let Some(line) = line_of(self.stated, sensor) else {
+            return Form::constant(Vector3::zeros());
         };
-        let both = |a: &'_ Option<Vec<f64>>, b: &'_ Option<Vec<f64>>| {
-            [a, b].map(|own| own.clone().unwrap_or_default())
-        };
-        if let Some(own) = stated.springs.iter().find(|own| own.name == name) {
-            let [a, b] = both(&own.point_from, &own.point_to);
-            let base = own.relative_to.as_deref();
-            return change("spring", [&own.from, &own.to], named(&a, &b), base);
-        }
-        if let Some(own) = stated.laws.iter().find(|own| own.name == name)
-            && let (Some(from), Some(to)) = (&own.from, &own.to)
-        {
-            let [a, b] = both(&own.point_from, &own.point_to);
-            return change("law", [from, to], named(&a, &b), own.relative_to.as_deref());
-        }
-        if let Some(own) = stated.bars.iter().find(|own| own.name == name) {
-            let at = own.point.as_deref().unwrap_or_default();
-            let base = own.relative_to.as_deref();
-            return change("bar", [&own.from, &own.to], [("point", at); 2], base);
-        }
-        let constraint = stated.constraints.iter().find_map(|own| match own {
-            Constraint::Distance {
-                name: own, from, to, point_from, point_to, relative_to, ..
-            } if own == name => {
-                let points = named(point_from, point_to);
-                Some(change("constraint", [from, to], points, relative_to.as_deref()))
-            }
-            _ => None,
+        let [section, name] = line.of;
+        let [from, to] = [0, 1].map(|k| {
+            let (member, (part, stated)) = (line.members[k], line.points[k]);
+            let own = self.held(&format!("{section}.{name}.{part}"), member, Some(stated));
+            self.point_change(member, &own, line.relative_to)
         });
-        constraint.unwrap_or_else(|| Form::constant(Vector3::zeros()))
+        to.minus(&from)
     }
 
     /// Points of sensors.
@@ -302,10 +277,7 @@ impl Chain<'_> {
                 | SensorKind::Velocity
                 | SensorKind::Acceleration
                 | SensorKind::Imu => of(),
-                SensorKind::Distance | SensorKind::DistanceRate => match &sensor.to {
-                    Some(to) => change(to, "point_to", sensor.point_to).minus(&of()),
-                    None => self.line_change(&sensor.of),
-                },
+                SensorKind::Distance | SensorKind::DistanceRate => self.line_change(sensor),
                 _ => continue,
             };
             if !moved.terms().is_empty() || moved.constant_part().amax() != 0.0 {
@@ -419,9 +391,4 @@ impl Chain<'_> {
         let moves = change != JointTangent::default();
         Ok(moves.then(|| ScalarTangent::Guide { joint: Box::new(joint), change }))
     }
-}
-
-/// The keys of both ends of a line, with their points.
-fn named<'a>(from: &'a [f64], to: &'a [f64]) -> [(&'static str, &'a [f64]); 2] {
-    [("point_from", from), ("point_to", to)]
 }

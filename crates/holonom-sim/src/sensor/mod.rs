@@ -55,7 +55,7 @@ pub use columns::{Column, REACTION, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
 pub(crate) use contact::{Signs, signed};
 pub(crate) use effort::Effort;
-pub(crate) use ends::ends_of;
+pub(crate) use ends::{ends_of, line_of};
 pub(crate) use section::SectionGauge;
 pub(crate) use view::{View, Works};
 

@@ -16,7 +16,6 @@ use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
 use vi_core::Configuration;
 use vi_core::linear::dot;
 use vi_multibody::design::MovedCoordinate;
-use vi_multibody::law::Input;
 
 /// A number of a signal.
 struct SignalNumber {
@@ -102,17 +101,8 @@ pub(super) fn of_signal(
         refused(key, what, "write what it stands for")
     })?;
     let (inputs, _) = gauge.reads();
-    let moves = |own: &&ModelTangent| {
-        let numbers = &own.numbers;
-        let reads = |input: &Input| match input {
-            Input::Coordinate(at) | Input::Rate(at) => {
-                MovedCoordinate::moves(&system.mechanism, numbers, at)
-            }
-            Input::Held(_) | Input::Past(_) => !numbers.joints.is_empty(),
-            _ => false,
-        };
-        inputs.iter().any(reads)
-    };
+    let moves =
+        |own: &&ModelTangent| MovedCoordinate::moves_any(&system.mechanism, &own.numbers, inputs);
     if let Some(own) = tangents.iter().find(moves) {
         let what = format!(
             "the derivative by `{}`, which moves a joint that the signal `{name}` may read",

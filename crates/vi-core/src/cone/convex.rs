@@ -181,8 +181,9 @@ impl ConvexSolver {
         if self.holds((rho, within), &mut report) {
             return self.hand_over(0.0, lambda, report);
         }
-        let is_far = central && self.is_far();
-        let is_led = is_far && self.centre_near(within, &mut report) <= NEAR;
+        let violated = if central { self.violated() } else { 0.0 };
+        let is_far = violated > CLOSE * norm_inf(&self.method.c);
+        let is_led = is_far && self.centre_near((within, violated), &mut report) <= NEAR;
         if is_far && self.holds((rho, within), &mut report) {
             return self.hand_over(0.0, lambda, report);
         }
@@ -306,13 +307,12 @@ impl ConvexSolver {
     /// The same from next to `given`, until velocities violate the laws by less than `within`; not
     /// far from them the path begins at the square of what is violated: contacts as far from both
     /// of their states are in between.
-    fn centre_near(&mut self, within: f64, report: &mut ConvexReport) -> f64 {
-        let Self { laws, method, T, given, nearest, .. } = self;
+    fn centre_near(&mut self, (within, violated): (f64, f64), report: &mut ConvexReport) -> f64 {
+        let Self { laws, method, T, given, .. } = self;
         let size = norm_inf(&method.c).max(f64::MIN_POSITIVE);
-        let off = given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         let unit = laws.units.iter().copied().fold(f64::INFINITY, f64::min);
         let target = (INSIDE * within * unit / size).clamp(INTERIOR[0], INTERIOR[1]);
-        let mu = (off / size * (off / size)).clamp(target, 1.0);
+        let mu = (violated / size * (violated / size)).clamp(target, 1.0);
         let of = given.iter().zip(&*T);
         let x = of.map(|(own, t)| if *t > 0.0 { own / (t * size) } else { 0.0 });
         method.x.iter_mut().zip(x).for_each(|(x, own)| *x = own);
@@ -323,15 +323,13 @@ impl ConvexSolver {
         left
     }
 
-    /// Whether the impulses that are given, with their velocities, are not close to the laws:
-    /// `|Λ − Π(Λ − y − s e_N)|` beside the largest velocity. These are laws of the interior point
-    /// method then.
-    fn is_far(&mut self) -> bool {
+    /// What the impulses that are given, with their velocities, violate the laws by:
+    /// `|Λ − Π(Λ − y − s e_N)|`. These are laws of the interior point method then.
+    fn violated(&mut self) -> f64 {
         let Self { laws, method, T, given, nearest, y, .. } = self;
         laws.scale(method, T);
         laws.project(given, (y, 1.0), nearest);
-        let off = given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        off > CLOSE * norm_inf(&method.c)
+        given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     }
 
     /// The interior point method and the laws for it.

@@ -285,15 +285,11 @@ impl Numbers<'_> {
     fn unread(&self, tangent: &MechanismTangent) -> Result<(), DesignError> {
         let Some(&joint) = tangent.joints.keys().next() else { return Ok(()) };
         let moves = |own: &JointCoordinate| MovedCoordinate::moves(self.mechanism, tangent, own);
-        let reads = |input: &Input| match input {
-            Input::Coordinate(own) | Input::Rate(own) => moves(own),
-            Input::Held(_) | Input::Past(_) => true,
-            _ => false,
-        };
+        let reads = |own: &[Input]| MovedCoordinate::moves_any(self.mechanism, tangent, own);
         let moved = |own: &&crate::builder::NamedForce| match &own.force {
             ElementForce::Law(law) => {
                 let along = matches!(&law.target, Target::Coordinate(own) if moves(own));
-                along || law.reading.inputs.iter().any(reads)
+                along || reads(&law.reading.inputs)
             }
             _ => false,
         };

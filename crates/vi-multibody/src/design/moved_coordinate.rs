@@ -3,6 +3,7 @@
 use super::MechanismTangent;
 use super::explicit::moved_value;
 use crate::constraint::joint_coordinate::{JointCoordinate, Value};
+use crate::force::law::Input;
 use crate::mechanism::Mechanism;
 use vi_core::num_dual::Dual64;
 
@@ -38,6 +39,16 @@ impl MovedCoordinate {
         let of_axes_alone = kind.is_angle(freedom) && kind.pitch().is_none();
         sides.iter().any(|own| own.axes.amax() != 0.0 || !of_axes_alone && own.anchor.amax() != 0.0)
             || change.pitch != 0.0
+    }
+
+    /// Whether one of these changes so; of what is held or past, whether any joint does.
+    #[must_use]
+    pub fn moves_any(mechanism: &Mechanism, tangent: &MechanismTangent, inputs: &[Input]) -> bool {
+        inputs.iter().any(|input| match input {
+            Input::Coordinate(own) | Input::Rate(own) => Self::moves(mechanism, tangent, own),
+            Input::Held(_) | Input::Past(_) => !tangent.joints.is_empty(),
+            _ => false,
+        })
     }
 
     /// `x_θ`, m or rad for each unit of the parameter.
