@@ -14,7 +14,7 @@ use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use vi_core::force::{Force, MidpointForce};
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::sparse::Entries;
-use vi_core::{Quadrature, SeparableSystem, SparseMatrix};
+use vi_core::{Motion, Quadrature, SeparableSystem, SparseMatrix};
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::{BodySpec, Mechanism};
@@ -364,7 +364,7 @@ fn column(x: &[f64], body: usize, i: usize) -> Vector3<f64> {
 }
 
 impl Force for Forces {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         let grown = 1.0 + 0.5 * (3.0 * t).sin();
         let in_space = |components: &[f64; 3]| {
             (0..3).map(|i| column(q, 1, i + 1) * (grown * components[i])).sum::<Vector3<f64>>()
@@ -383,11 +383,11 @@ impl Force for Forces {
         }
     }
 
-    fn add_position_derivative(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {
+    fn add_position_derivative(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {
         unreachable!("the Galerkin schemes take no derivatives of forces")
     }
 
-    fn add_velocity_derivative(&self, _: f64, _: &[f64], _: &[f64], _: f64, _: &mut dyn Entries) {
+    fn add_velocity_derivative(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {
         unreachable!("the Galerkin schemes take no derivatives of forces")
     }
 

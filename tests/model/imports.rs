@@ -235,7 +235,7 @@ fn acceleration(
     mechanism.jacobian(0.0, q, &mut G);
     let mut right = DVector::zeros(n + m);
     system.add_potential_gradient(at, -1.0, &mut right.as_mut_slice()[..n]);
-    system.add_force(at, v, &mut right.as_mut_slice()[..n]);
+    system.add_force(at.moving(v), &mut right.as_mut_slice()[..n]);
     let mut terms = vec![0.0; m];
     mechanism.acceleration_terms(0.0, q, v, &mut terms);
     (0..m).for_each(|i| right[n + i] = -terms[i]);

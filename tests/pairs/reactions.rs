@@ -205,7 +205,7 @@ fn multipliers_of_accelerations_are_those_of_the_saddle_point_matrix() {
         let (mut v, mut expected) = (vec![0.0; at.q.len()], vec![0.0; lambda.len()]);
         let mut saddle = Projections::new(system, mechanism.len(), run.rows());
         saddle.velocity(system, mechanism, at, 0.0, &run.state().p, &mut v).unwrap();
-        saddle.acceleration_multiplier(system, mechanism, at, &v, &mut expected).unwrap();
+        saddle.acceleration_multiplier(system, mechanism, at.moving(&v), &mut expected).unwrap();
         let size = expected.iter().fold(0.0_f64, |size, l| size.max(l.abs()));
         let pairs = lambda.iter().zip(&expected);
         let off = pairs

@@ -34,7 +34,7 @@ use vi_core::force::{DiscreteForce, Force, NoTimeSlope, Source};
 use vi_core::interpolation::StrainInterpolation;
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
-use vi_core::{Configuration, Number};
+use vi_core::{Motion, Number};
 
 /// Under which its work is listed.
 pub const SOURCE: Source = Source::System("material damping");
@@ -134,16 +134,15 @@ impl DiscreteForce for StrainDamping {
 
     fn add_time_slope(
         &self,
-        _at: Configuration<'_>,
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         Ok(())
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.add(at.t, at.q, v, 1.0, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.add(at, 1.0, out);
     }
 
     /// `−Σ ℓ C_i τ_i Δε_i²/h`: that of `(f_d^- + f_d^+)·Δq/h` with `θ = 0`, whose chords `Δq`
@@ -157,20 +156,14 @@ impl DiscreteForce for StrainDamping {
         work
     }
 
-    fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_stiffness(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {}
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.add_position_derivative(at.t, at.q, v, scale, out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_position_derivative(at, scale, out);
     }
 
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.add_velocity_derivative(at.t, at.q, v, scale, out);
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_velocity_derivative(at, scale, out);
     }
 
     fn is_dissipative(&self) -> bool {
@@ -183,14 +176,14 @@ impl DiscreteForce for StrainDamping {
 }
 
 impl Force for StrainDamping {
-    fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         for own in self.all_damped() {
             let n = -scale * (own.viscosity() * own.strain_rate(q, v));
             own.add(q, &n, out);
         }
     }
 
-    fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+    fn power(&self, Motion { q, v, .. }: Motion<'_>, _scratch: &mut [f64]) -> f64 {
         let mut power = 0.0;
         for own in self.all_damped() {
             let rate = own.strain_rate(q, v);
@@ -201,9 +194,7 @@ impl Force for StrainDamping {
 
     fn add_position_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -216,9 +207,7 @@ impl Force for StrainDamping {
 
     fn add_velocity_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        _v: &[f64],
+        Motion { q, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -313,10 +302,18 @@ pub(crate) mod tests {
             let assemble = |emit: &dyn Fn(&mut dyn Entries)| SparseMatrix::assemble(N, N, emit);
             let s = Interval::between(0.0, 1.0, &q0, &q1);
             let by_ends = slope_error(&damping, &s);
-            let matrix = assemble(&|out| damping.add_position_derivative(0.0, &q0, &v, 1.0, out));
-            let by_q = difference(&matrix, &q0, |q| of(&|out| damping.add(0.0, q, &v, 1.0, out)));
-            let matrix = assemble(&|out| damping.add_velocity_derivative(0.0, &q0, &v, 1.0, out));
-            let by_v = difference(&matrix, &v, |v| of(&|out| damping.add(0.0, &q0, v, 1.0, out)));
+            let matrix = assemble(&|out| {
+                damping.add_position_derivative(Motion::new(0.0, &q0, &v), 1.0, out)
+            });
+            let by_q = difference(&matrix, &q0, |q| {
+                of(&|out| damping.add(Motion::new(0.0, q, &v), 1.0, out))
+            });
+            let matrix = assemble(&|out| {
+                damping.add_velocity_derivative(Motion::new(0.0, &q0, &v), 1.0, out)
+            });
+            let by_v = difference(&matrix, &v, |v| {
+                of(&|out| damping.add(Motion::new(0.0, &q0, v), 1.0, out))
+            });
             println!(
                 "helicoidal {helicoidal}: off by {by_ends:.1e}, {by_q:.1e}, {by_v:.1e} (relative)"
             );
@@ -349,7 +346,7 @@ pub(crate) mod tests {
             let (mut minus, mut plus, mut mid) = (vec![0.0; N], vec![0.0; N], vec![0.0; N]);
             damping.add_minus(&s, &mut minus);
             damping.add_plus(&s, &mut plus);
-            damping.add(0.0, &s.q_mid, &s.v_mid, 1.0, &mut mid);
+            damping.add(Motion::new(0.0, &s.q_mid, &s.v_mid), 1.0, &mut mid);
             let parts = [(&q0, &minus), (&q1, &plus), (&s.q_mid, &mid)];
             let rest = parts.map(|(q, f)| resultant(q, f) / DVector::from_column_slice(f).norm());
             let power: f64 = mid.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum();

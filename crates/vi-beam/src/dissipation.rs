@@ -43,7 +43,7 @@ use nalgebra::{Matrix3, RowVector3, Vector3, Vector6};
 use vi_core::force::{DiscreteForce, NoTimeSlope, Source};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
-use vi_core::{Configuration, Number};
+use vi_core::{Motion, Number};
 
 /// Under which its work is listed.
 pub const SOURCE: Source = Source::System("algorithmic dissipation");
@@ -209,15 +209,14 @@ impl DiscreteForce for StrainDissipation {
 
     fn add_time_slope(
         &self,
-        _at: Configuration<'_>,
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         Err(NoTimeSlope)
     }
 
-    fn add_continuous(&self, _: Configuration<'_>, _: &[f64], _: &mut [f64]) {}
+    fn add_continuous(&self, _: Motion<'_>, _: &mut [f64]) {}
 
     /// `−Σ ℓ C_i φ_i Δε_i`: what the filters store and dissipate.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
@@ -229,11 +228,11 @@ impl DiscreteForce for StrainDissipation {
         work
     }
 
-    fn add_stiffness(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_stiffness(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {}
 
-    fn add_position_slope(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_position_slope(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {}
 
-    fn add_damping(&self, _: Configuration<'_>, _: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_damping(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {
         true

@@ -7,7 +7,7 @@ use crate::dissipation::{self, MASS, StrainDissipation};
 use crate::frequency::slowness;
 use crate::model::{BeamElements, StrainRule};
 use vi_core::force::{Force, MidpointForce, NoTimeSlope};
-use vi_core::{Entries, Quadrature, SeparableSystem};
+use vi_core::{Entries, Motion, Quadrature, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::load::Load;
 use vi_rigid::time_history::TimeHistory;
@@ -102,34 +102,16 @@ struct GrowingForce {
 }
 
 impl Force for GrowingForce {
-    fn add(&self, t: f64, _q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { t, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         for (out, w) in out.iter_mut().zip(&self.direction) {
             *out += scale * t * w;
         }
     }
-    fn add_position_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
-    fn add_velocity_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
+    fn add_position_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
+    fn add_velocity_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {

@@ -89,7 +89,7 @@ impl ControlForce for ParticleControl {
         scale * own.iter().zip(force).map(|(x, f)| x * f).sum::<f64>()
     }
     fn add(&self, s: &Interval, _of: Slot, scale: f64, out: &mut [f64]) {
-        self.force.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h * scale, out);
+        self.force.add(s.mid_motion(), 0.5 * s.h * scale, out);
     }
 }
 

@@ -681,7 +681,7 @@ pub(crate) fn step_sources(
             constraints.jacobian(s.t, &s.q0, &mut transposed); // −Gᵀ hλ
         }
         Place::Gauss(s, _) => {
-            system.gauss_step_slope(s.mid(), &s.v_mid, s.h, change, minus)?;
+            system.gauss_step_slope(s.mid().moving(&s.v_mid), s.h, change, minus)?;
             minus.iter_mut().zip(&mut *plus).for_each(|(minus, plus)| {
                 *minus *= 0.5;
                 *plus = *minus;

@@ -347,13 +347,13 @@ impl Found<'_> {
         y.add_slope(at, 1.0, slope);
         let mut bend = vec![0.0; v.len()]; // D²y v
         if of_rate != 0.0 {
-            y.add_bend(at, v, 1.0, &mut bend);
+            y.add_bend(at.moving(v), 1.0, &mut bend);
         }
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let value = direction.parameter.map_or(0.0, |k| y.by_parameter(k, at));
             let mut sum = of_value * (dot(slope, &own.q) + value);
             if of_rate != 0.0 {
-                let moved = |k: usize| y.rate_by_parameter(k, at, v);
+                let moved = |k: usize| y.rate_by_parameter(k, at.moving(v));
                 let rate = direction.parameter.map_or(0.0, moved);
                 sum += of_rate * (dot(&bend, &own.q) + dot(slope, &self.changes[j]) + rate);
             }
@@ -379,7 +379,7 @@ impl Found<'_> {
         of_lambda.resize(lambda.len(), 0.0);
         of_z.clear();
         of_z.resize(at.internal.len(), 0.0);
-        let node = Node { lambda, ..Node::moving(at, v) };
+        let node = Node { lambda, ..Node::moving(at.moving(v)) };
         let out = Slopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [], z: of_z };
         y.add_slopes(node, weight, out);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {

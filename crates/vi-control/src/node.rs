@@ -6,7 +6,7 @@
 //! ```
 
 use crate::objective::{Quantity, Seen};
-use vi_core::Configuration;
+use vi_core::{Configuration, Motion};
 use vi_multibody::law::Input;
 
 /// A node as numbers read it; what none of them reads may be empty.
@@ -25,8 +25,8 @@ pub struct Node<'a> {
 impl<'a> Node<'a> {
     /// With its velocity alone.
     #[must_use]
-    pub fn moving(at: Configuration<'a>, v: &'a [f64]) -> Self {
-        Self { at, v, lambda: &[], a: &[] }
+    pub fn moving(at: Motion<'a>) -> Self {
+        Self { at: at.configuration(), v: at.v, lambda: &[], a: &[] }
     }
 }
 
@@ -169,10 +169,10 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
         self.0.add_slope(at, scale, out.v);
-        self.0.add_bend(at, v, scale, out.q);
+        self.0.add_bend(at.moving(v), scale, out.q);
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.0.rate_by_parameter(parameter, at, v)
+        self.0.rate_by_parameter(parameter, at.moving(v))
     }
     fn curved(&self) -> Option<&dyn Curved> {
         Some(self)
@@ -191,15 +191,15 @@ impl<Q: Quantity> Curved for RateOf<Q> {
         [q, of_v]: [&mut [f64]; 2],
     ) {
         self.0.add_third(at, [v, dq], scale, q);
-        self.0.add_bend(at, dv, scale, q);
-        self.0.add_bend(at, dq, scale, of_v);
+        self.0.add_bend(at.moving(dv), scale, q);
+        self.0.add_bend(at.moving(dq), scale, of_v);
     }
 }
 
 /// What a law reads of a node, but what is held or past.
 impl NodeQuantity for Input {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.at_node(at, v, &[])
+        self.at_node(at.moving(v), &[])
     }
     fn add_slopes(
         &self,

@@ -10,7 +10,7 @@
 use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Product;
-use vi_core::{Configuration, State};
+use vi_core::{Configuration, Motion, State};
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
 
@@ -199,7 +199,7 @@ pub trait Quantity: Send + Sync {
     /// `out ← out + scale` times its derivative by `q`, shape `n`.
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// `out ← out + scale D²y v`, shape `n`.
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]);
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]);
     /// `out ← out + scale D³y[v, w]`, shape `n`.
     fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]);
     /// `y_θ` of a parameter on which it depends beside `q`.
@@ -207,7 +207,7 @@ pub trait Quantity: Send + Sync {
         0.0
     }
     /// `(∇y)_θ v` of such a parameter.
-    fn rate_by_parameter(&self, _parameter: usize, _at: Configuration<'_>, _v: &[f64]) -> f64 {
+    fn rate_by_parameter(&self, _parameter: usize, _at: Motion<'_>) -> f64 {
         0.0
     }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
@@ -225,8 +225,8 @@ impl Quantity for JointCoordinate {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.add_gradient(at.q, scale, out);
     }
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
-        JointCoordinate::add_bend(self, at.q, v, scale, out);
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
+        JointCoordinate::add_bend(self, at.q, at.v, scale, out);
     }
     fn add_third(&self, at: Configuration<'_>, [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {
         self.emit_third(at.q, v, scale, &mut Product { v: w, out });
@@ -250,7 +250,7 @@ impl Quantity for PointComponent {
         let along = nalgebra::Vector3::ith(self.axis, scale);
         self.point.add_transposed(&along, out);
     }
-    fn add_bend(&self, _at: Configuration<'_>, _v: &[f64], _scale: f64, _out: &mut [f64]) {}
+    fn add_bend(&self, _at: Motion<'_>, _scale: f64, _out: &mut [f64]) {}
     fn add_third(&self, _: Configuration<'_>, _: [&[f64]; 2], _: f64, _: &mut [f64]) {}
 }
 
@@ -262,7 +262,7 @@ impl Quantity for Row {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.for_each_slope(at.q, |i, slope| out[i] += scale * slope);
     }
-    fn add_bend(&self, _at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add_bend(&self, Motion { v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         self.for_each_bend(v, |i, bend| out[i] += scale * bend);
     }
     fn add_third(&self, _: Configuration<'_>, _: [&[f64]; 2], _: f64, _: &mut [f64]) {}

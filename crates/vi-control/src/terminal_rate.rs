@@ -274,7 +274,7 @@ impl NodeReader {
             return None;
         }
         let v = own.find(mechanism, mass.at_node(), state).ok()?.to_vec();
-        let (node, curved) = (Node::moving(at, &v), y.curved()?);
+        let (node, curved) = (Node::moving(at.moving(&v)), y.curved()?);
         let ([mut q, of_v], mut p) = (y.slopes_at(node), vec![0.0; *n]);
         own.pull(mechanism, at, &of_v, [&mut q, &mut p]).ok()?;
         let mut all = Vec::with_capacity(changes.len());
@@ -370,7 +370,7 @@ fn pull_level(
     by_force.iter_mut().zip(own.by_force()).for_each(|(out, by)| *out += by);
     let into = &mut Product { v: own.by_force(), out: z };
     let mut along = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-    level.system.state_slopes(at, own.v(), &mut along); // (∂f/∂z)ᵀ ∂y/∂f
+    level.system.state_slopes(at.moving(own.v()), &mut along); // (∂f/∂z)ᵀ ∂y/∂f
     if let Some(design) = &level.design {
         for (k, out) in parameters.iter_mut().enumerate() {
             *out += own.pulled_by_parameter(at, &**design, k);

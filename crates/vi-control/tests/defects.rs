@@ -8,7 +8,8 @@ use vi_control::{Checkpoints, Gradient, Task};
 use vi_core::linear::norm_inf;
 use vi_core::sparse::{Block, Entries};
 use vi_core::{
-    Composition, Configuration, DiscreteLagrangian, Interval, MechanicalSystem, Slot, SparseMatrix,
+    Composition, Configuration, DiscreteLagrangian, Interval, MechanicalSystem, Motion, Slot,
+    SparseMatrix,
 };
 use vi_multibody::Mechanism;
 
@@ -43,8 +44,8 @@ impl<T: DiscreteLagrangian> MechanicalSystem for Faulty<'_, T> {
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.inner.add_potential_gradient(at, scale, out);
     }
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.inner.add_force(at, v, out);
+    fn add_force(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.inner.add_force(at, out);
     }
 }
 

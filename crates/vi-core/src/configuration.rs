@@ -1,4 +1,4 @@
-//! A configuration at a time.
+//! A configuration at a time, at rest or in motion.
 
 /// `(t, q)` with the joint angles that tell how many revolutions `q` leaves open, and the internal
 /// variables.
@@ -33,6 +33,13 @@ impl<'a> Configuration<'a> {
         Self { t, q, angles: &[], internal: &[] }
     }
 
+    /// `(t, q)` with the velocity `v`.
+    #[must_use]
+    pub fn moving(&self, v: &'a [f64]) -> Motion<'a> {
+        let Self { t, q, angles, internal } = *self;
+        Motion { t, q, v, angles, internal }
+    }
+
     /// The number `k` of whole revolutions with which `θ + 2πk` of angle `slot` is next to its
     /// value nearby; `principal`: `θ ∈ [−π, π]`, rad.
     ///
@@ -42,5 +49,35 @@ impl<'a> Configuration<'a> {
     pub fn revolutions(&self, slot: usize, principal: f64) -> f64 {
         let nearby = self.angles.get(slot).copied().unwrap_or(0.0);
         ((nearby - principal) / std::f64::consts::TAU).round()
+    }
+}
+
+/// `(t, q, v)`: a configuration with its velocity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion<'a> {
+    /// Time, s.
+    pub t: f64,
+    /// `q`, shape `n`.
+    pub q: &'a [f64],
+    /// `v`, shape `n`.
+    pub v: &'a [f64],
+    /// As [`Configuration::angles`].
+    pub angles: &'a [f64],
+    /// As [`Configuration::internal`].
+    pub internal: &'a [f64],
+}
+
+impl<'a> Motion<'a> {
+    /// `(t, q, v)` with principal angles.
+    #[must_use]
+    pub fn new(t: f64, q: &'a [f64], v: &'a [f64]) -> Self {
+        Configuration::new(t, q).moving(v)
+    }
+
+    /// `(t, q)`.
+    #[must_use]
+    pub fn configuration(&self) -> Configuration<'a> {
+        let Self { t, q, angles, internal, .. } = *self;
+        Configuration { t, q, angles, internal }
     }
 }

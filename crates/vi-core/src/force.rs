@@ -11,7 +11,7 @@
 //!
 //! Source: Marsden & West 2001, part 3. The midpoint choice keeps order 2 in q, p and λ.
 
-use crate::configuration::Configuration;
+use crate::configuration::Motion;
 use crate::coordinate_force::AlongUnknown;
 use crate::interpolation::StrainInterpolation;
 use crate::interval::{Interval, Slot, StepChange};
@@ -70,13 +70,12 @@ pub trait DiscreteForce: Send + Sync {
     /// [`NoTimeSlope`], also where the force is not known by its continuous form.
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope>;
     /// `out ← out + f(t, q, v)`, N: the continuous force that the pair approximates.
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]);
     /// `(f_d^- + f_d^+)·Δq/h`, J: the work in a step; `scratch`: shape `n`.
     fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
         scratch.fill(0.0);
@@ -87,33 +86,21 @@ pub trait DiscreteForce: Send + Sync {
     /// Emits `scale ∂f/∂q`, the stiffness of the force in a steady motion with the velocity `v`: at
     /// rest, or in a rotation of all that the force joins, which changes no length and no rate.
     /// Always the same places in the same order.
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂q (t, q, v)`, whatever the motion; always the same places in the same
     /// order.
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    );
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂v (t, q, v)`; always the same places in the same order.
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries);
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries);
     /// Emits `by_q ∂f/∂q + by_v ∂f/∂v`, what has no factor left out: always the same places in the
     /// same order where the same factors are zero. What vanishes for all configurations may be left
     /// out as well.
-    fn add_gauss_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        [by_q, by_v]: [f64; 2],
-        out: &mut dyn Entries,
-    ) {
+    fn add_gauss_slopes(&self, at: Motion<'_>, [by_q, by_v]: [f64; 2], out: &mut dyn Entries) {
         if by_q != 0.0 {
-            self.add_position_slope(at, v, by_q, out);
+            self.add_position_slope(at, by_q, out);
         }
         if by_v != 0.0 {
-            self.add_damping(at, v, by_v, out);
+            self.add_damping(at, by_v, out);
         }
     }
     /// Emits `∂²(y_0·f_d^- + y_1·f_d^+)/∂q_i∂q_j`, rows of the first of both slots, where second
@@ -125,18 +112,10 @@ pub trait DiscreteForce: Send + Sync {
     }
     /// Emits `a ∂²/∂q∂q + b ∂²/∂q∂v + c ∂²/∂v∂q + d ∂²/∂v∂v` of `z·f(t, q, v)`, rows of the first,
     /// where second derivatives are known: nothing else.
-    fn add_gauss_bend(
-        &self,
-        _at: Configuration<'_>,
-        _v: &[f64],
-        _z: &[f64],
-        _by: [f64; 4],
-        _out: &mut dyn Entries,
-    ) {
-    }
+    fn add_gauss_bend(&self, _at: Motion<'_>, _z: &[f64], _by: [f64; 4], _out: &mut dyn Entries) {}
     /// Emits `scale ∂f/∂z`, rows of coordinates, columns of all internal variables of the system:
     /// states of signals that the force reads.
-    fn add_state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_state_slopes(&self, _at: Motion<'_>, _: f64, _: &mut dyn Entries) {}
     /// Whether it acts from the ground on what rotates, as a damper whose other end stands still:
     /// the rate that it sees in a steady rotation changes with the configuration, by `W δq`.
     /// [`DiscreteForce::add_stiffness`] is then `∂f/∂q` at `v`, and `∂f/∂v W` comes to it.
@@ -196,50 +175,26 @@ pub fn seen_velocity(acts_from_ground: bool, v: &[f64]) -> Cow<'_, [f64]> {
 /// A continuous generalized force `f(t, q, v)`, N.
 pub trait Force: Send + Sync {
     /// `out ← out + scale f(t, q, v)`.
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]);
+    fn add(&self, at: Motion<'_>, scale: f64, out: &mut [f64]);
     /// `f(t, q, v)·v`, W; `scratch`: shape `n`.
-    fn power(&self, t: f64, q: &[f64], v: &[f64], scratch: &mut [f64]) -> f64 {
+    fn power(&self, at: Motion<'_>, scratch: &mut [f64]) -> f64 {
         scratch.fill(0.0);
-        self.add(t, q, v, 1.0, scratch);
-        scratch.iter().zip(v).map(|(f, v)| f * v).sum()
+        self.add(at, 1.0, scratch);
+        scratch.iter().zip(at.v).map(|(f, v)| f * v).sum()
     }
     /// Emits `scale ∂f/∂q`; always the same places in the same order.
-    fn add_position_derivative(
-        &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    );
+    fn add_position_derivative(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries);
     /// Emits `scale ∂f/∂v`; always the same places in the same order.
-    fn add_velocity_derivative(
-        &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    );
+    fn add_velocity_derivative(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries);
     /// See [`DiscreteForce::add_gauss_bend`].
-    fn add_bend(
-        &self,
-        _t: f64,
-        _motion: [&[f64]; 2],
-        _z: &[f64],
-        _by: [f64; 4],
-        _out: &mut dyn Entries,
-    ) {
-    }
+    fn add_bend(&self, _at: Motion<'_>, _z: &[f64], _by: [f64; 4], _out: &mut dyn Entries) {}
     /// `out ← out + scale ∂f/∂t`.
     ///
     /// # Errors
     /// [`NoTimeSlope`], unless said otherwise.
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
@@ -254,51 +209,28 @@ pub trait Force: Send + Sync {
 }
 
 impl<F: Force + ?Sized> Force for Arc<F> {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        (**self).add(t, q, v, scale, out);
+    fn add(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
+        (**self).add(at, scale, out);
     }
-    fn power(&self, t: f64, q: &[f64], v: &[f64], scratch: &mut [f64]) -> f64 {
-        (**self).power(t, q, v, scratch)
+    fn power(&self, at: Motion<'_>, scratch: &mut [f64]) -> f64 {
+        (**self).power(at, scratch)
     }
-    fn add_position_derivative(
-        &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        (**self).add_position_derivative(t, q, v, scale, out);
+    fn add_position_derivative(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        (**self).add_position_derivative(at, scale, out);
     }
-    fn add_velocity_derivative(
-        &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        (**self).add_velocity_derivative(t, q, v, scale, out);
+    fn add_velocity_derivative(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        (**self).add_velocity_derivative(at, scale, out);
     }
     fn add_time_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        (**self).add_time_derivative(t, q, v, scale, out)
+        (**self).add_time_derivative(at, scale, out)
     }
-    fn add_bend(
-        &self,
-        t: f64,
-        motion: [&[f64]; 2],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        (**self).add_bend(t, motion, z, by, out);
+    fn add_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        (**self).add_bend(at, z, by, out);
     }
     fn acts_from_ground(&self) -> bool {
         (**self).acts_from_ground()
@@ -314,7 +246,7 @@ pub struct MidpointForce<F>(pub F);
 
 impl<F: Force> DiscreteForce for MidpointForce<F> {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
-        self.0.add(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * s.h, out);
+        self.0.add(s.mid_motion(), 0.5 * s.h, out);
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
@@ -323,25 +255,18 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 
     fn add_slope(&self, s: &Interval, _of: Slot, by: Slot, out: &mut dyn Entries) {
         // of (h/2) f(q_{n+1/2}, Δq/h): (h/4) f_q ± ½ f_v
-        self.0.add_position_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.25 * s.h, out);
-        self.0.add_velocity_derivative(s.t_mid(), &s.q_mid, &s.v_mid, 0.5 * by.sign(), out);
+        self.0.add_position_derivative(s.mid_motion(), 0.25 * s.h, out);
+        self.0.add_velocity_derivative(s.mid_motion(), 0.5 * by.sign(), out);
     }
 
     fn add_bend(&self, s: &Interval, y: [&[f64]; 2], [i, j]: [Slot; 2], out: &mut dyn Entries) {
         let [a, b] = [i, j].map(|slot| slot.sign() / s.h);
         let by = [0.25, 0.5 * b, 0.5 * a, a * b].map(|by| 0.5 * s.h * by);
-        self.0.add_bend(s.t_mid(), [&s.q_mid, &s.v_mid], &sum(y), by, out);
+        self.0.add_bend(s.mid_motion(), &sum(y), by, out);
     }
 
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        self.0.add_bend(at.t, [at.q, v], z, by, out);
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        self.0.add_bend(at, z, by, out);
     }
 
     fn length_bends(&self) -> Option<&dyn LengthBends> {
@@ -356,51 +281,44 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         // of (h/2) f(t_{n+1/2}, q_{n+1/2}, Δq/h): ½ (f − f_v Δq/h) and (h/2) f_t
-        let (t, q, v, dh) = (s.t_mid(), &s.q_mid, &s.v_mid, change.length);
-        self.0.add(t, q, v, 0.5 * dh, out);
-        self.0.add_velocity_derivative(t, q, v, -0.5 * dh, &mut Product { v, out });
-        self.0.add_time_derivative(t, q, v, 0.5 * s.h * change.middle, out)
+        let (at, dh) = (s.mid_motion(), change.length);
+        self.0.add(at, 0.5 * dh, out);
+        self.0.add_velocity_derivative(at, -0.5 * dh, &mut Product { v: at.v, out });
+        self.0.add_time_derivative(at, 0.5 * s.h * change.middle, out)
     }
 
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        self.0.add_time_derivative(at.t, at.q, v, scale, out)
+        self.0.add_time_derivative(at, scale, out)
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.0.add(at.t, at.q, v, 1.0, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.0.add(at, 1.0, out);
     }
 
     fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
-        s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
+        s.h * self.0.power(s.mid_motion(), scratch)
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let v = seen_velocity(self.0.acts_from_ground(), v);
-        self.0.add_position_derivative(at.t, at.q, &v, scale, out);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        let v = seen_velocity(self.0.acts_from_ground(), at.v);
+        self.0.add_position_derivative(Motion { v: &v, ..at }, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {
         self.0.acts_from_ground()
     }
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.0.add_position_derivative(at.t, at.q, v, scale, out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_position_derivative(at, scale, out);
     }
 
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.0.add_velocity_derivative(at.t, at.q, v, scale, out);
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.0.add_velocity_derivative(at, scale, out);
     }
 
     fn is_dissipative(&self) -> bool {
@@ -411,22 +329,22 @@ impl<F: Force> DiscreteForce for MidpointForce<F> {
 /// Of `(h/2) z·f(q_{n+1/2}, Δq/h)`, `z = y_0 + y_1`.
 impl<F: Force> LengthBends for MidpointForce<F> {
     fn add_slope_by_length(&self, s: &Interval, y: [&[f64]; 2], by: Slot, out: &mut [f64]) {
-        let (t, q, v, z) = (s.t_mid(), &s.q_mid, &s.v_mid, sum(y));
+        let (at, z) = (s.mid_motion(), sum(y));
         {
             let into = &mut Product { v: &z, out: &mut *out };
             let out = &mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-            self.0.add_position_derivative(t, q, v, 0.25, out);
+            self.0.add_position_derivative(at, 0.25, out);
         }
         let by = [0.0, -0.25, 0.0, -0.5 * by.sign() / s.h];
-        self.0.add_bend(t, [q, v], &z, by, &mut Product { v, out });
+        self.0.add_bend(at, &z, by, &mut Product { v: at.v, out });
     }
 
     fn second_by_length(&self, s: &Interval, y: [&[f64]; 2]) -> f64 {
-        let (v, mut turned) = (&s.v_mid, vec![0.0; s.dim()]);
+        let (at, mut turned) = (s.mid_motion(), vec![0.0; s.dim()]);
         let by = [0.0, 0.0, 0.0, 0.5 / s.h];
-        let out = &mut Product { v, out: &mut turned };
-        self.0.add_bend(s.t_mid(), [&s.q_mid, v], &sum(y), by, out);
-        dot(&turned, v)
+        let out = &mut Product { v: at.v, out: &mut turned };
+        self.0.add_bend(at, &sum(y), by, out);
+        dot(&turned, at.v)
     }
 }
 
@@ -442,28 +360,13 @@ pub struct LinearDamping {
 }
 
 impl Force for LinearDamping {
-    fn add(&self, _t: f64, _q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         for &(i, j, c) in &self.entries {
             out[i] -= scale * c * v[j];
         }
     }
-    fn add_position_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
-    fn add_velocity_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
+    fn add_position_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
+    fn add_velocity_derivative(&self, _at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let mut block = Block { into: out, row: 0, column: 0, scale: -scale, transposed: false };
         for &(i, j, c) in &self.entries {
             block.add(i, j, c);
@@ -471,9 +374,7 @@ impl Force for LinearDamping {
     }
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {

@@ -18,7 +18,7 @@
 //! angles at `q_n`; of all values of an angle the one next to these is meant, which is unique while
 //! a step turns a joint by less than `π`.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::lanes::Lanes;
 use serde::{Deserialize, Serialize};
 
@@ -346,6 +346,12 @@ impl Interval {
             angles: &self.angles,
             internal: &self.internal,
         }
+    }
+
+    /// `(t_{n+1/2}, q_{n+1/2}, Δq/h)`.
+    #[must_use]
+    pub fn mid_motion(&self) -> Motion<'_> {
+        self.mid().moving(&self.v_mid)
     }
 
     /// `(t_{n+1}, q_{n+1})`.

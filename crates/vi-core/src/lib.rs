@@ -43,6 +43,7 @@
 //! | [`Slot`] | one of both arguments; of a discrete force pair, one of both |
 //! | [`StepChange`] | how a step changes in length and time |
 //! | [`Configuration`] | `(t, q)` with unwrapped joint angles: the argument at a node |
+//! | [`Motion`] | `(t, q, v)`: the argument of a force |
 //! | [`MechanicalSystem`] | trait: `M`, `V(q)`, `f(t, q, v)` |
 //! | [`DiscreteLagrangian`], [`SeparableSystem`] | trait: `L_d`, its slot derivatives, discrete forces; its usual implementation |
 //! | [`Entries`], [`SparseMatrix`] | a matrix is emitted entry by entry, multiples of `I_3` and outer products as one; the first emission fixes the pattern |
@@ -103,7 +104,7 @@ pub mod strain_energy;
 mod vectors;
 
 pub use composition::Composition;
-pub use configuration::Configuration;
+pub use configuration::{Configuration, Motion};
 pub use discrete_lagrangian::{DiscreteLagrangian, SeparableSystem, Working};
 pub use interval::{Interval, Slot, StepChange};
 pub use legendre::Energies;

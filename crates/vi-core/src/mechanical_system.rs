@@ -4,7 +4,7 @@
 //! M q̈ = −∇V(q) + f(t, q, q̇)                                          without constraints
 //! ```
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interpolation::StrainInterpolation;
 use crate::interval::Interval;
@@ -39,7 +39,7 @@ pub trait MechanicalSystem: Send + Sync {
     /// `out ← out + scale ∇V(q)`, shape `n`.
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]);
     /// `out ← out + f(t, q, v)`: the generalized force, N.
-    fn add_force(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
+    fn add_force(&self, _at: Motion<'_>, _out: &mut [f64]) {}
     /// Whether `f − ∇V` is the same always and everywhere.
     fn has_constant_force(&self) -> bool {
         false
@@ -77,16 +77,16 @@ pub trait MechanicalSystem: Send + Sync {
     }
     /// `out ← out + f − ∇V` at a Gauss node without [`MechanicalSystem::interpolation`], shape `n`,
     /// N.
-    fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.add_potential_gradient(at, -1.0, out);
-        self.add_force(at, v, out);
+    fn add_gauss_force(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.add_potential_gradient(at.configuration(), -1.0, out);
+        self.add_force(at, out);
     }
     /// Emits `∇²V(q)`, shape `n × n`; always the same places in the same order. For iterations:
     /// nothing is allowed.
     fn potential_stiffness(&self, _at: Configuration<'_>, _out: &mut dyn Entries) {}
     /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order. For
     /// iterations: nothing is allowed.
-    fn force_damping(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
+    fn force_damping(&self, _at: Motion<'_>, _out: &mut dyn Entries) {}
 
     /// Number `n` of coordinates.
     fn dim(&self) -> usize {

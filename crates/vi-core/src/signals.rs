@@ -3,7 +3,7 @@
 //! They are internal variables of the [`crate::State`] between those of forces and those of a
 //! potential. Laws read them; they exert nothing themselves.
 
-use crate::configuration::Configuration;
+use crate::configuration::Motion;
 use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interval::{Interval, Slot};
 use crate::sparse::Entries;
@@ -33,10 +33,10 @@ pub trait Signals: Send + Sync {
     /// Whether any is sampled at nodes, or kept for later: such a motion is not retraced.
     fn is_sampled(&self) -> bool;
     /// `out ←` them at the start of a motion with the velocity `v`.
-    fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    fn begin(&self, at: Motion<'_>, out: &mut [f64]);
     /// `out ←` how they change at the start of a motion whose configuration and velocity change by
     /// `dq` and `dv`.
-    fn begin_change(&self, at: Configuration<'_>, v: &[f64], change: [&[f64]; 2], out: &mut [f64]);
+    fn begin_change(&self, at: Motion<'_>, change: [&[f64]; 2], out: &mut [f64]);
     /// `out ←` them at the end of a step that started with those of [`Interval::internal`].
     fn advance(&self, s: &Interval, out: &mut [f64]);
     /// Emits the derivative of [`Signals::advance`] by an end of the step, at fixed variables at
@@ -56,9 +56,9 @@ pub trait Signals: Send + Sync {
     );
     /// The rates of the continuous states at a node where all internal variables are listed;
     /// allocates.
-    fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates;
+    fn rates(&self, at: Motion<'_>) -> StateRates;
     /// Whether any is sampled at the node of this number.
     fn samples(&self, step: u64) -> bool;
     /// Samples at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.
-    fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]);
+    fn sample(&self, step: u64, at: Motion<'_>, internal: &mut [f64]);
 }

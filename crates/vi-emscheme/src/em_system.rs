@@ -23,7 +23,7 @@ use vi_core::force::Source;
 use vi_core::interval::Interval;
 use vi_core::potential::{LinearPotential, Potential};
 use vi_core::sparse::{Block, Entries, SparseMatrix};
-use vi_core::{Configuration, SeparableSystem, State};
+use vi_core::{Configuration, Motion, SeparableSystem, State};
 use vi_multibody::builder::{ElementForce, ForceElements};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::spring::Spring;
@@ -261,8 +261,8 @@ impl MechanicalSystem for EmSystem {
         self.gradients().for_each(|v| v.add_gradient(at, scale, out));
     }
 
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.loads.iter().for_each(|load| load.add_continuous(at, v, out));
+    fn add_force(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.loads.iter().for_each(|load| load.add_continuous(at, out));
     }
 
     fn is_dissipative(&self) -> bool {

@@ -9,11 +9,11 @@
 use crate::coordinate;
 use crate::discrete_gradient::DiscreteGradient;
 use crate::load::MidpointLoad;
-use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 use vi_multibody::joint_coordinate::Change;
 use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw, JointSpring};
 
@@ -61,8 +61,8 @@ impl<L: JointLaw> MidpointLoad for JointForce<L> {
         coordinate::emit_derivative(&self.coordinate, s, scale * effort, out);
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        DiscreteForce::add_continuous(self, at, v, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        DiscreteForce::add_continuous(self, at, out);
     }
 
     fn is_dissipative(&self) -> bool {

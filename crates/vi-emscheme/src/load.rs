@@ -15,7 +15,7 @@
 #![allow(non_snake_case)] // A, D: the matrices above
 
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::sparse::{Block, Entries};
@@ -30,7 +30,7 @@ pub trait MidpointLoad: Send + Sync {
     /// Emits `scale ∂f̄/∂q_{n+1}`; always the same places in the same order.
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries);
     /// `out ← out + f(t, q, v)`: the force that it approximates, shape `n`, N.
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]);
     /// `f̄·Δq`, J: the work in a step; `scratch`: shape `n`.
     fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
         scratch.fill(0.0);
@@ -50,21 +50,20 @@ pub struct AtMidpoint<F>(pub F);
 
 impl<F: Force> MidpointLoad for AtMidpoint<F> {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        self.0.add(s.t_mid(), &s.q_mid, &s.v_mid, scale, out);
+        self.0.add(s.mid_motion(), scale, out);
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let (t, q, v) = (s.t_mid(), &s.q_mid, &s.v_mid);
-        self.0.add_position_derivative(t, q, v, 0.5 * scale, out);
-        self.0.add_velocity_derivative(t, q, v, scale / s.h, out);
+        self.0.add_position_derivative(s.mid_motion(), 0.5 * scale, out);
+        self.0.add_velocity_derivative(s.mid_motion(), scale / s.h, out);
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.0.add(at.t, at.q, v, 1.0, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.0.add(at, 1.0, out);
     }
 
     fn work(&self, s: &Interval, scratch: &mut [f64]) -> f64 {
-        s.h * self.0.power(s.t_mid(), &s.q_mid, &s.v_mid, scratch)
+        s.h * self.0.power(s.mid_motion(), scratch)
     }
 
     fn is_dissipative(&self) -> bool {
@@ -111,8 +110,8 @@ fn add_to_frame(load: &Load, s: &Interval, scale: f64, out: &mut [f64]) {
 }
 
 impl MidpointLoad for Load {
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        DiscreteForce::add_continuous(self, at, v, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        DiscreteForce::add_continuous(self, at, out);
     }
 
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {

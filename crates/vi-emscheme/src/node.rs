@@ -236,7 +236,7 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         let projections = self.projections.get_or_insert_with(make);
         let (at, v) = (state.configuration(), &state.v[..]);
         let lambda = lambda.unwrap_or(&mut self.work);
-        projections.acceleration_force(system, constraints, at, v, force, lambda)?;
+        projections.acceleration_force(system, constraints, at.moving(v), force, lambda)?;
         self.node.acceleration.clear();
         self.node.acceleration.extend_from_slice(projections.acceleration());
         Ok(())

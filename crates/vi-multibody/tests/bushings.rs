@@ -6,10 +6,10 @@ use std::sync::Arc;
 
 use nalgebra::{Complex, DMatrix, Matrix3, Rotation3, Vector3};
 use vi_constraints::{Options, SchemeKind};
-use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force};
 use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
+use vi_core::{Configuration, Motion};
 use vi_multibody::FrameId::Ground;
 use vi_multibody::builder::{
     BodyId, BuiltMechanism, ElementForce, ForceElements, Inertia, MechanismBuilder, Read,
@@ -198,13 +198,15 @@ fn slopes_against_central_differences() {
             let errors = [
                 slope_error(six, &step(&q0, &q1)),
                 error(
-                    &made(&|out| six.add_position_derivative(0.4, &q0, &v, 1.0, out)),
+                    &made(&|out| six.add_position_derivative(Motion::new(0.4, &q0, &v), 1.0, out)),
                     &q0,
-                    |q| filled(&|out| six.add(0.4, q, &v, 1.0, out)),
+                    |q| filled(&|out| six.add(Motion::new(0.4, q, &v), 1.0, out)),
                 ),
-                error(&made(&|out| six.add_velocity_derivative(0.4, &q0, &v, 1.0, out)), &v, |v| {
-                    filled(&|out| six.add(0.4, &q0, v, 1.0, out))
-                }),
+                error(
+                    &made(&|out| six.add_velocity_derivative(Motion::new(0.4, &q0, &v), 1.0, out)),
+                    &v,
+                    |v| filled(&|out| six.add(Motion::new(0.4, &q0, v), 1.0, out)),
+                ),
                 error(&made(&|out| spring.add_d1_d1(&step(&q0, &q1), 1.0, out)), &q0, |q0| {
                     filled(&|out| spring.add_d1(&step(q0, &q1), 1.0, out))
                 }),

@@ -21,7 +21,7 @@ use crate::directors::{FRAME, director};
 use crate::time_history::{HistoryError, TimeHistory};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::{DiscreteForce, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::{Block, Entries, Product};
@@ -366,14 +366,7 @@ impl DiscreteForce for Load {
         Some(self)
     }
 
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        _v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
         self.add_torque_bends(by[0] * self.history.value(at.t), [z; 2], out);
     }
 
@@ -395,8 +388,7 @@ impl DiscreteForce for Load {
 
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        _v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
@@ -413,13 +405,13 @@ impl DiscreteForce for Load {
         impulse.iter().zip(self.of_frame(&s.v_mid)).map(|(f, v)| f * v).sum()
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
         let frame = self.of_frame(at.q);
         self.add(1.0, self.wrench(at.t, frame), frame, &mut out[self.offset..]);
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, _v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let Configuration { t, q, .. } = at;
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        let Motion { t, q, .. } = at;
         let frame = self.of_frame(q);
         let torque = self.wrench(t, frame).torque;
         let follows = self.kind == LoadKind::Follower;
@@ -443,17 +435,11 @@ impl DiscreteForce for Load {
         }
     }
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.add_stiffness(at, v, scale, out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_stiffness(at, scale, out);
     }
 
-    fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _: f64, _: &mut dyn Entries) {}
+    fn add_damping(&self, _: Motion<'_>, _: f64, _: &mut dyn Entries) {}
 
     fn is_dissipative(&self) -> bool {
         false

@@ -115,8 +115,8 @@ pub(crate) fn forces_go_along(
         let (mut v, mut out) = (vec![0.0; at.q.len()], vec![0.0; at.q.len()]);
         field.velocity(at.q, &mut v);
         match beside_strains {
-            true => system.net_force_beside_strains(at, &v, &mut out),
-            false => system.net_force(at, &v, &mut out),
+            true => system.net_force_beside_strains(at.moving(&v), &mut out),
+            false => system.net_force(at.moving(&v), &mut out),
         }
         out
     };
@@ -144,7 +144,7 @@ fn unlike(
     let mut scratch = vec![0.0; v.len()];
     let mut powers = |at: Configuration<'_>, v: &[f64]| {
         let mut out = vec![0.0; system.sources().len()];
-        system.add_power(at, v, 1.0, &mut scratch, &mut out);
+        system.add_power(at.moving(v), 1.0, &mut scratch, &mut out);
         out
     };
     let (here, there) = (powers(before, &v), powers(after, &displaced.of_vectors(&v)));

@@ -35,7 +35,7 @@ impl FirstOrderTerms {
     /// Along displacements `N`, shape `n × d`; `None` where the motion is of second order.
     pub(crate) fn of(work: &EquilibriumEquations, N: &DMatrix<f64>) -> Option<Self> {
         let (at, v) = (work.here(), work.velocity());
-        let found = work.system.state_rates(at, v);
+        let found = work.system.state_rates(at.moving(v));
         if !work.mechanism.has_velocity_constraints() && found.is_none() {
             return None;
         }
@@ -60,7 +60,8 @@ impl FirstOrderTerms {
         }
         let states = found.map(|found| {
             let all = work.s.internal.len();
-            let slopes = SparseMatrix::assemble(n, all, |out| work.system.state_slopes(at, v, out));
+            let slopes =
+                SparseMatrix::assemble(n, all, |out| work.system.state_slopes(at.moving(v), out));
             let force = slopes.to_dense().select_columns(&found.places);
             States {
                 force: N.tr_mul(&force),

@@ -140,7 +140,7 @@ impl StaticProblem {
         let n = self.work.s.q0.len();
         let (rest, mut out) = (vec![0.0; n], vec![0.0; n]);
         let at = Configuration { t: self.work.t, ..self.work.s.start() };
-        self.work.system.net_force(at, &rest, &mut out);
+        self.work.system.net_force(at.moving(&rest), &mut out);
         out.iter_mut().for_each(|f| *f = -*f);
         out
     }

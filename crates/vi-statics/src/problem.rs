@@ -157,7 +157,7 @@ impl StaticProblem {
     #[must_use]
     pub fn has_states(&self) -> bool {
         let at = Configuration { t: self.work.t, ..self.work.s.start() };
-        self.work.system.state_rates(at, self.work.velocity()).is_some()
+        self.work.system.state_rates(at.moving(self.work.velocity())).is_some()
     }
 
     /// Lists the internal variables at the configuration, continuous states of signals where they
@@ -172,11 +172,11 @@ impl StaticProblem {
         work.velocity_at(&q, &mut v);
         let mut internal = vec![0.0; work.system.internal_variables()];
         let at = Configuration { t: work.t, ..work.s.start() };
-        work.system.begin_internal(at, &v, &mut internal);
+        work.system.begin_internal(at.moving(&v), &mut internal);
         let mut left = 0.0;
         for _ in 0..ITERATIONS {
             let at = Configuration { internal: &internal, ..at };
-            let Some(found) = work.system.state_rates(at, &v) else { break };
+            let Some(found) = work.system.state_rates(at.moving(&v)) else { break };
             left = norm_inf(&found.rates);
             let rates = DVector::from_vec(found.rates);
             let slopes = found.by_state.svd(true, true);

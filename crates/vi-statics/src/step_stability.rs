@@ -29,7 +29,9 @@ use vi_constraints::tangent_map::{TangentError, TangentMap, Tangents};
 use vi_core::eigen::generalized_eigen;
 use vi_core::linear::norm_inf;
 use vi_core::sparse::{Entries, SparseMatrix};
-use vi_core::{Configuration, DiscreteLagrangian, Interval, MechanicalSystem, SeparableSystem};
+use vi_core::{
+    Configuration, DiscreteLagrangian, Interval, MechanicalSystem, Motion, SeparableSystem,
+};
 use vi_multibody::mechanism::Mechanism;
 
 /// Iterations of Newton's method for the steady rotation.
@@ -107,7 +109,7 @@ impl TurningStep<'_> {
     /// The internal variables of a motion that starts at `q`.
     fn internal(&self, q: &[f64]) -> Vec<f64> {
         let mut internal = vec![0.0; self.system.internal_variables()];
-        self.system.begin_internal(Configuration::new(0.0, q), &vec![0.0; q.len()], &mut internal);
+        self.system.begin_internal(Motion::new(0.0, q, &vec![0.0; q.len()]), &mut internal);
         internal
     }
 
@@ -199,7 +201,7 @@ impl TurningStep<'_> {
         let (n, d) = P.shape();
         let at = Configuration::new(0.0, q);
         let reduced = |emit: &dyn Fn(&mut dyn Entries)| P.tr_mul(&(square(n, emit) * P));
-        let K = reduced(&|out| self.system.stiffness(at, &vec![0.0; n], out));
+        let K = reduced(&|out| self.system.stiffness(at.moving(&vec![0.0; n]), out));
         let M = reduced(&|out| self.system.mass().emit(out));
         let internal = self.internal(q);
         let at = Configuration { internal: &internal, ..at };

@@ -126,7 +126,7 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
         memory.push((found, by(own, own, &column)));
     }
     let (at, v) = (s.start(), &s.v_mid);
-    let found = made(n, n, &|out| force.add_position_slope(at, v, 1.0, out));
+    let found = made(n, n, &|out| force.add_position_slope(at.moving(v), 1.0, out));
     let node = |slot: Slot, j: usize, e: f64| {
         let (mut q, mut v) = (s.q0.clone(), v.clone());
         if slot == Slot::First {
@@ -135,7 +135,7 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
             v[j] += e
         }
         let mut out = vec![0.0; n];
-        force.add_continuous(Configuration { q: &q, ..at }, &v, &mut out);
+        force.add_continuous(Configuration { q: &q, ..at }.moving(&v), &mut out);
         out
     };
     let of_node = |slot: Slot| {
@@ -145,7 +145,7 @@ pub fn slope_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
         })
     };
     let mut continuous = vec![(found, of_node(Slot::First))];
-    let found = made(n, n, &|out| force.add_damping(at, v, 1.0, out));
+    let found = made(n, n, &|out| force.add_damping(at.moving(v), 1.0, out));
     continuous.push((found, of_node(Slot::Second)));
     // the impulse of a linear damper does not depend on the length of the step
     let impulse = Slot::BOTH.map(|of| value(force, s, of)).concat();
@@ -220,12 +220,12 @@ pub fn bend_error(force: &dyn DiscreteForce, s: &Interval) -> f64 {
     });
     let at_node = second_error(
         n,
-        &|groups, out| force.add_gauss_bend(at, &s.v_mid, &y, unit(groups), out),
+        &|groups, out| force.add_gauss_bend(at.moving(&s.v_mid), &y, unit(groups), out),
         &|[i, j], k, e| {
             let mut place = [s.q0.clone(), s.v_mid.clone()];
             place[j][k] += e;
             let (at, by) = (Configuration { q: &place[0], ..at }, [[1.0, 0.0], [0.0, 1.0]][i]);
-            pulled(n, &y, |out| force.add_gauss_slopes(at, &place[1], by, out))
+            pulled(n, &y, |out| force.add_gauss_slopes(at.moving(&place[1]), by, out))
         },
     );
     in_step.max(at_node).max(length_bend_error(force, s, [&y, &other]))

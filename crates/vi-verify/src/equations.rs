@@ -10,9 +10,9 @@
 
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
+use vi_core::{Configuration, Motion};
 use vi_core::{Entries, MechanicalSystem, SparseMatrix};
 use vi_multibody::joint::{FrameId, Joint};
 use vi_multibody::mechanism::Mechanism;
@@ -126,10 +126,10 @@ pub trait Equations {
     /// `J(q, p)`.
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum;
     /// `M a + ∇V(q) − f(t, q, v)`, N, shape `n`: what constraints have to supply.
-    fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64>;
+    fn demand(&self, at: Motion<'_>, a: &[f64]) -> Vec<f64>;
     /// The largest entry of `M a`, `∇V(q)` and `f(t, q, v)`, N: what cancels in
     /// [`Equations::demand`].
-    fn acting(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> f64;
+    fn acting(&self, at: Motion<'_>, a: &[f64]) -> f64;
     /// `G(q)ᵀ λ`, N; of a force `Gᵀλ` itself, which stands for `λ` where constraints are redundant.
     fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64>;
     /// `|g(t, q)|_∞`.
@@ -173,21 +173,21 @@ impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
         self.constraints.momentum_map(q, p)
     }
 
-    fn demand(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> Vec<f64> {
+    fn demand(&self, at: Motion<'_>, a: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; at.q.len()];
-        let at = Configuration { angles: self.angles, ..at };
-        self.system.add_force(at, v, &mut out);
+        let at = Motion { angles: self.angles, ..at };
+        self.system.add_force(at, &mut out);
         out.iter_mut().for_each(|f| *f = -*f);
-        self.system.add_potential_gradient(at, 1.0, &mut out);
+        self.system.add_potential_gradient(at.configuration(), 1.0, &mut out);
         self.system.mass().mul_add(1.0, a, &mut out);
         out
     }
 
-    fn acting(&self, at: Configuration<'_>, v: &[f64], a: &[f64]) -> f64 {
-        let at = Configuration { angles: self.angles, ..at };
+    fn acting(&self, at: Motion<'_>, a: &[f64]) -> f64 {
+        let at = Motion { angles: self.angles, ..at };
         let [mut force, mut gradient] = [vec![0.0; at.q.len()], vec![0.0; at.q.len()]];
-        self.system.add_force(at, v, &mut force);
-        self.system.add_potential_gradient(at, 1.0, &mut gradient);
+        self.system.add_force(at, &mut force);
+        self.system.add_potential_gradient(at.configuration(), 1.0, &mut gradient);
         norm_inf(&[norm_inf(&force), norm_inf(&gradient), norm_inf(&self.momentum(a))])
     }
 

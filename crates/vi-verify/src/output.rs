@@ -343,8 +343,8 @@ fn differences(
     let (v, a) = stencil.rates(&at.q, h);
     let (values, reported, here) = (&at.values, &at.invariants, Configuration::new(at.t, q));
     let momentum = equations.momentum(&v);
-    let demand = equations.demand(here, &v, &a);
-    let acting = equations.acting(here, &v, &a);
+    let demand = equations.demand(here.moving(&v), &a);
+    let acting = equations.acting(here.moving(&v), &a);
     let mass = norm_inf(&equations.momentum(&vec![1.0; q.len()]));
     let rounding = f64::EPSILON * norm_inf(q) * mass;
     let (of_v, of_a) = stencil.rounding(h);

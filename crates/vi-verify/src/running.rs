@@ -12,7 +12,8 @@ use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
 use vi_core::{
-    Configuration, DiscreteLagrangian, Entries, MechanicalSystem, SeparableSystem, SparseMatrix,
+    Configuration, DiscreteLagrangian, Entries, MechanicalSystem, Motion, SeparableSystem,
+    SparseMatrix,
 };
 use vi_emscheme::EmIntegrator;
 use vi_emscheme::constraint::DiscreteConstraints;
@@ -100,19 +101,14 @@ fn symmetries(
 }
 
 /// What holds of a system at a node `(t, q, v)`.
-fn nature(
-    system: &impl MechanicalSystem,
-    constraints: &impl Observed,
-    at: Configuration<'_>,
-    v: &[f64],
-) -> Nature {
-    let Configuration { t, q, .. } = at;
+fn nature(system: &impl MechanicalSystem, constraints: &impl Observed, at: Motion<'_>) -> Nature {
+    let Motion { t, q, .. } = at;
     let momentum = |p: &[f64]| constraints.momentum_map(q, p);
     let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
     let jacobian = SparseMatrix::assemble(constraints.len(), constraints.dim(), emit);
     let (mut gradient, mut force) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-    system.add_potential_gradient(at, 1.0, &mut gradient);
-    system.add_force(at, v, &mut force);
+    system.add_potential_gradient(at.configuration(), 1.0, &mut gradient);
+    system.add_force(at, &mut force);
     Nature {
         symmetries: symmetries(&momentum, &jacobian, [&gradient, &force]),
         conservative: norm_inf(&force) == 0.0 && !constraints.is_rheonomic(),
@@ -210,7 +206,7 @@ impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
     fn nature(&mut self) -> Result<Nature, String> {
         let v = self.velocity()?;
         let (system, state) = (self.family.exact(&self.run), self.run.state());
-        Ok(nature(system, self.run.constraints(), state.configuration(), &v))
+        Ok(nature(system, self.run.constraints(), state.configuration().moving(&v)))
     }
 
     fn condition(&mut self) -> Option<Condition> {

@@ -43,7 +43,7 @@ impl Subject for Exact {
         system.mass().mul_add(1.0, &v, &mut p);
         let at = Configuration::new(t, &q);
         Projections::new(system, constraints.len(), run.rows())
-            .acceleration_multiplier(system, constraints, at, &v, &mut lambda)
+            .acceleration_multiplier(system, constraints, at.moving(&v), &mut lambda)
             .ok()?;
         Some(NodeValues { q, p, lambda_other: Some(lambda), ..NodeValues::default() })
     }

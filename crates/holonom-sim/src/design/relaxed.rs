@@ -101,7 +101,7 @@ impl StartOf<'_> {
     /// Whether the states of signals that a run begins with are where they rest.
     fn signals_rest(&self, run: &MechanismIntegrator) -> bool {
         let (at, still) = (run.state().configuration(), vec![0.0; self.at.q.len()]);
-        let Some(found) = run.system().state_rates(at, &still) else { return true };
+        let Some(found) = run.system().state_rates(at.moving(&still)) else { return true };
         let mut all = found.rates.iter().zip(&found.places);
         all.all(|(rate, place)| rate.abs() <= RESTS * at.internal[*place].abs().max(1.0))
     }
@@ -143,7 +143,7 @@ impl Equilibrium {
         let emit = |out: &mut dyn Entries| {
             let (row, column, scale, transposed) = (0, 0, 0.5 * STEP, false);
             let mut half = Block { into: &mut *out, row, column, scale, transposed };
-            system.level_slopes(node, &still, [1.0, 0.0], &mut half);
+            system.level_slopes(node.moving(&still), [1.0, 0.0], &mut half);
             constraints.weighted_hessian(about.t, q, &impulse, -1.0, out);
         };
         let G = |out: &mut dyn Entries| constraints.jacobian(about.t, q, out);

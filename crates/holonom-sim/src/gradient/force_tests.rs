@@ -20,7 +20,7 @@ use vi_control::gradient::{Gradient, Task};
 use vi_control::identification::Reading;
 use vi_control::node::{Node, NodeQuantity, RateOf};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
-use vi_core::Configuration;
+use vi_core::Motion;
 
 /// Of derivatives and differences, and of forward and backward.
 const WITHIN: [f64; 2] = [1e-9, 1e-11];
@@ -525,11 +525,11 @@ fn bend_error(of: (&Model, &mut Prepared, &Begin), part: &str) -> f64 {
     };
     let slopes = |by: f64| {
         let [q, v] = moved(by);
-        number.slopes_at(Node::moving(Configuration::new(0.13, &q), &v)).concat()
+        number.slopes_at(Node::moving(Motion::new(0.13, &q, &v))).concat()
     };
     let mut bend = [vec![0.0; n], vec![0.0; n]];
     let [q, of_v] = &mut bend;
-    let at = Node::moving(Configuration::new(0.13, &begin.q), &v);
+    let at = Node::moving(Motion::new(0.13, &begin.q, &v));
     number.curved().unwrap().add_bend(at, [&changes[0], &changes[1]], 1.0, [q, of_v]);
     let e = 1e-4;
     let [one, back, far, beyond] = [e, -e, 2.0 * e, -2.0 * e].map(slopes);

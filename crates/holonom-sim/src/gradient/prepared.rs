@@ -376,12 +376,12 @@ impl Begin {
     ) -> Tangent {
         let StartTangent { q, v, p } = change;
         let at = Configuration::new(self.t, &self.q);
-        let mut z = run.system().internal_change_at_start(at, &self.v, [q, v]);
+        let mut z = run.system().internal_change_at_start(at.moving(&self.v), [q, v]);
         if let Some(elements) = own.and_then(|own| own.numbers.elements.as_ref()) {
             elements.add_begin(&self.q, &mut z);
         }
         if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
-            signals.add_begin(at, &self.v, &mut z);
+            signals.add_begin(at.moving(&self.v), &mut z);
         }
         // V_θ(q_0)
         let places = run.system().places_of_works();

@@ -93,7 +93,7 @@ impl Resolution {
         let frames = description.bodies.len();
         let of_nodes = INTERNAL * bodies..INTERNAL * frames;
         let stiffness = |system: &SeparableSystem, at: Configuration<'_>, out: &mut dyn Entries| {
-            system.stiffness(at, &vec![0.0; at.q.len()], out);
+            system.stiffness(at.moving(&vec![0.0; at.q.len()]), out);
         };
         let found = run.fastest_motions(&stiffness, &|row| !of_nodes.contains(&row));
         let found = found

@@ -31,8 +31,8 @@ impl Slope {
     ) {
         let rest = vec![0.0; at.q.len()];
         match self {
-            Self::ByCoordinate => system.stiffness_of(force, at, &rest, out),
-            Self::ByRate => system.damping_of(force, at, &rest, out),
+            Self::ByCoordinate => system.stiffness_of(force, at.moving(&rest), out),
+            Self::ByRate => system.damping_of(force, at.moving(&rest), out),
         }
     }
 

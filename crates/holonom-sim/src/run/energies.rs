@@ -346,8 +346,9 @@ impl Rounding {
             true => 0.0,
             false => {
                 let system = dynamics.variational(mechanism);
-                let hessian =
-                    SparseMatrix::assemble(n, n, |out| system.stiffness(at, &vec![0.0; n], out));
+                let hessian = SparseMatrix::assemble(n, n, |out| {
+                    system.stiffness(at.moving(&vec![0.0; n]), out)
+                });
                 let mut sum = 0.0;
                 hessian.for_each(|i, j, k| sum += sizes[i] * k.abs() * sizes[j]);
                 sum

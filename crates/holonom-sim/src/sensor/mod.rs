@@ -349,7 +349,7 @@ impl Sensors {
         values.clear();
         if let Some(signals) = &self.signals {
             let View { t, q, angles, signals: internal, v, .. } = at;
-            signals.read(Configuration { t, q, angles, internal }, v, values);
+            signals.read(Configuration { t, q, angles, internal }.moving(v), values);
         }
         for (gauge, of) in self.gauges.iter().zip(&self.of) {
             if of.idle {

@@ -25,7 +25,7 @@ use vi_core::interval::Interval;
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
 use vi_core::sparse::{Block, Product};
-use vi_core::{Configuration, MechanicalSystem as _, SeparableSystem};
+use vi_core::{Configuration, MechanicalSystem as _, Motion, SeparableSystem};
 use vi_multibody::builder::{ElementForce, ForceElements, NamedForce};
 use vi_multibody::design::{EffortTangent, MovedCoordinate, MovedFrames, SpringTangent};
 use vi_multibody::form::Form;
@@ -108,13 +108,13 @@ struct AlongCoordinate {
 }
 
 impl AlongCoordinate {
-    fn seen(&self, at: Configuration<'_>, v: &[f64]) -> [f64; 2] {
-        [0, 1].map(|k| self.inputs[k].value(Node::moving(at, v)))
+    fn seen(&self, at: Motion<'_>) -> [f64; 2] {
+        [0, 1].map(|k| self.inputs[k].value(Node::moving(at)))
     }
 
     /// `y`, with `y_x` and `y_ẋ`.
-    fn slopes(&self, at: Configuration<'_>, v: &[f64]) -> [f64; 3] {
-        let [x, rate] = self.seen(at, v);
+    fn slopes(&self, at: Motion<'_>) -> [f64; 3] {
+        let [x, rate] = self.seen(at);
         let (effort, EffortSlopes { by_coordinate, by_rate }) = self.acts.effort(at.t, x, rate);
         match self.power {
             None => [effort, by_coordinate, by_rate],
@@ -136,8 +136,8 @@ impl Curved for AlongCoordinate {
         scale: f64,
         [q, of_v]: [&mut [f64]; 2],
     ) {
-        let [x, rate] = self.seen(node.at, node.v);
-        let [_, by_coordinate, by_rate] = self.slopes(node.at, node.v);
+        let [x, rate] = self.seen(node.at.moving(node.v));
+        let [_, by_coordinate, by_rate] = self.slopes(node.at.moving(node.v));
         let mut bends = self.acts.bends(node.at.t, x, rate);
         if let Some(sign) = self.power {
             let (_, slopes) = self.acts.effort(node.at.t, x, rate);
@@ -173,21 +173,21 @@ impl NodeQuantity for AlongCoordinate {
         matches!(&self.acts, Acts::Elements(all) if all.iter().any(moves))
     }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.slopes(at, v)[0]
+        self.slopes(at.moving(v))[0]
     }
     fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
-        let [_, by_coordinate, by_rate] = self.slopes(node.at, node.v);
+        let [_, by_coordinate, by_rate] = self.slopes(node.at.moving(node.v));
         for (input, slope) in self.inputs.iter().zip([by_coordinate, by_rate]) {
             input.add_slopes(node, scale * slope, out.again());
         }
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
-        let [_, by_coordinate, by_rate] = self.slopes(at, v);
-        let [x, rate] = self.seen(at, v);
+        let [_, by_coordinate, by_rate] = self.slopes(at.moving(v));
+        let [x, rate] = self.seen(at.moving(v));
         let own = self.by.get(parameter).into_iter().flatten();
         let own: f64 = own.map(|by| by(at.t, x, rate)).sum();
         by_coordinate * self.moved.by_parameter(parameter, at)
-            + by_rate * self.moved.rate_by_parameter(parameter, at, v)
+            + by_rate * self.moved.rate_by_parameter(parameter, at.moving(v))
             + self.power.map_or(1.0, |sign| sign * rate) * own
     }
 }
@@ -205,12 +205,12 @@ struct Stated {
 }
 
 impl Stated {
-    fn of(&self, forces: &ForceElements, at: Configuration<'_>, v: &[f64]) -> f64 {
-        let at = with_signals(at, &self.signals);
+    fn of(&self, forces: &ForceElements, at: Motion<'_>) -> f64 {
+        let at = with_signals(at.configuration(), &self.signals).moving(at.v);
         match &self.name {
-            Some(name) => forces.bushing_efforts(name, at, v).map_or(0.0, |own| own[self.part]),
+            Some(name) => forces.bushing_efforts(name, at).map_or(0.0, |own| own[self.part]),
             None => {
-                let own = forces.forces.iter().find_map(|own| own.efforts(at, v));
+                let own = forces.forces.iter().find_map(|own| own.efforts(at));
                 own.map_or(0.0, |(efforts, _)| efforts[self.part])
             }
         }
@@ -228,11 +228,11 @@ impl Curved for Stated {
     ) {
         let (at, effort) = (with_signals(at, &self.signals), (self.part, scale));
         match &self.name {
-            Some(name) => self.forces.add_bushing_bends(name, (at, v), effort, changes, out),
+            Some(name) => self.forces.add_bushing_bends(name, at.moving(v), effort, changes, out),
             None => {
-                let law = self.forces.forces.iter().find(|own| own.efforts(at, v).is_some());
+                let law = self.forces.forces.iter().find(|own| own.efforts(at.moving(v)).is_some());
                 if let Some(own) = law {
-                    own.add_effort_bends(at, v, effort, changes, out);
+                    own.add_effort_bends(at.moving(v), effort, changes, out);
                 }
             }
         }
@@ -247,7 +247,7 @@ impl NodeQuantity for Stated {
         true // its expressions may
     }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.of(&self.forces, at, v)
+        self.of(&self.forces, at.moving(v))
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
         let at = with_signals(at, &self.signals);
@@ -256,25 +256,25 @@ impl NodeQuantity for Stated {
         match &self.name {
             Some(name) => {
                 let w = Vector6::ith(self.part, scale);
-                self.forces.add_bushing_slopes(name, at, v, &w, out);
+                self.forces.add_bushing_slopes(name, at.moving(v), &w, out);
             }
             None => {
-                let law = self.forces.forces.iter().find(|own| own.efforts(at, v).is_some());
+                let law = self.forces.forces.iter().find(|own| own.efforts(at.moving(v)).is_some());
                 if let Some(own) = law {
-                    own.add_effort_slopes(at, v, (self.part, scale), out);
+                    own.add_effort_slopes(at.moving(v), (self.part, scale), out);
                 }
             }
         }
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
-        let own = self.by.get(parameter).map_or(0.0, |own| self.of(own, at, v));
+        let own = self.by.get(parameter).map_or(0.0, |own| self.of(own, at.moving(v)));
         let moved = self.moved.get(parameter).and_then(Option::as_ref);
         let along = moved.zip(along(&self.forces)).map(|(moved, force)| {
             let (x, rate) = (force.coordinate.at(at), force.coordinate.rate(at.q, v));
             let slopes = force.law.slopes(at.t, x, rate);
             slopes.by_coordinate * moved.by(at.q) + slopes.by_rate * moved.rate_by(at.q, v)
         });
-        own + along.unwrap_or(0.0) + by_frames(self, &self.frames, parameter, (at, v))
+        own + along.unwrap_or(0.0) + by_frames(self, &self.frames, parameter, at.moving(v))
     }
 }
 
@@ -332,17 +332,17 @@ impl Curved for Supplied {
         for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut *of_v)] {
             let into = &mut Product { v: dv, out };
             let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
-            self.system.gauss_slopes(at, v, by, &mut transposed);
+            self.system.gauss_slopes(at.moving(v), by, &mut transposed);
         }
         for (by, v_of) in [([scale, 0.0], dq), ([0.0, scale], dv)] {
-            self.system.gauss_slopes(at, v, by, &mut Product { v: v_of, out: of_v });
+            self.system.gauss_slopes(at.moving(v), by, &mut Product { v: v_of, out: of_v });
         }
         let out = [q, of_v];
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             let mut by = [0.0; 4];
             by[2 * i + j] = scale;
             let into = &mut Product { v: [dq, dv][j], out: &mut *out[i] };
-            self.system.gauss_bend(at, v, v, by, into);
+            self.system.gauss_bend(at.moving(v), v, by, into);
         }
     }
 }
@@ -352,27 +352,28 @@ impl NodeQuantity for Supplied {
         Some(self)
     }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.forces.power(with_signals(at, &self.signals), v, &mut Vec::new())
+        self.forces.power(with_signals(at, &self.signals).moving(v), &mut Vec::new())
     }
     fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
         let at = with_signals(at, &self.signals);
         if let Some(of_z) = out.z.get_mut(self.signals.clone()) {
             let into = &mut Product { v, out: of_z };
             let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
-            self.system.state_slopes(at, v, &mut transposed);
+            self.system.state_slopes(at.moving(v), &mut transposed);
         }
         let mut force = vec![0.0; v.len()];
-        self.system.add_gauss_force(at, v, &mut force);
+        self.system.add_gauss_force(at.moving(v), &mut force);
         out.v.iter_mut().zip(force).for_each(|(out, f)| *out += scale * f);
         for (by, out) in [([1.0, 0.0], out.q), ([0.0, 1.0], out.v)] {
             let into = &mut Product { v, out };
             let mut transposed = Block { into, row: 0, column: 0, scale, transposed: true };
-            self.system.gauss_slopes(at, v, by, &mut transposed);
+            self.system.gauss_slopes(at.moving(v), by, &mut transposed);
         }
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
         let at = with_signals(at, &self.signals);
-        let own = self.by.get(parameter).map_or(0.0, |own| own.power(at, v, &mut Vec::new()));
+        let own =
+            self.by.get(parameter).map_or(0.0, |own| own.power(at.moving(v), &mut Vec::new()));
         let moved = self.moved.get(parameter).and_then(Option::as_ref);
         let along = moved.zip(along(&self.forces)).map(|(moved, force)| {
             let (x, rate) = (force.coordinate.at(at), force.coordinate.rate(at.q, v));
@@ -388,7 +389,7 @@ impl NodeQuantity for Supplied {
             let half = load.half_impulse_by(change, &standing, at.q);
             2.0 * dot(&half, load.of_frame(v))
         });
-        let by_frames = by_frames(self, &self.frames, parameter, (at, v));
+        let by_frames = by_frames(self, &self.frames, parameter, at.moving(v));
         own + along.unwrap_or(0.0) + changed.sum::<f64>() + by_frames
     }
     fn reads_time(&self) -> bool {
@@ -428,14 +429,14 @@ fn by_frames(
     y: &dyn NodeQuantity,
     frames: &[Option<MovedFrames>],
     parameter: usize,
-    (at, v): (Configuration<'_>, &[f64]),
+    at: Motion<'_>,
 ) -> f64 {
     let Some(frames) = frames.get(parameter).and_then(Option::as_ref) else { return 0.0 };
     let [mut q, mut of_v] = [(); 2].map(|()| vec![0.0; at.q.len()]);
     let mut z = vec![0.0; at.internal.len()];
     let out = Slopes { q: &mut q, v: &mut of_v, lambda: &mut [], a: &mut [], z: &mut z };
-    y.add_slopes(Node::moving(at, v), 1.0, out);
-    frames.change([at.q, v], [&q, &of_v])
+    y.add_slopes(Node::moving(at), 1.0, out);
+    frames.change([at.q, at.v], [&q, &of_v])
 }
 
 /// A node with the internal variables of signals alone, as efforts read it.

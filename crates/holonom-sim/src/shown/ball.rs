@@ -12,7 +12,7 @@ use crate::design::ModelTangent;
 use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
 use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
-use vi_core::Configuration;
+use vi_core::{Configuration, Motion};
 use vi_multibody::FrameId;
 use vi_multibody::form::Form;
 use vi_multibody::joint::Side;
@@ -28,25 +28,20 @@ struct Turn {
 }
 
 impl Turn {
-    fn spin(&self, at: Configuration<'_>, v: &[f64]) -> Vector3<f64> {
+    fn spin(&self, at: Motion<'_>) -> Vector3<f64> {
         let own = |(sign, own): &(f64, [Input; 3])| {
-            *sign * Vector3::from_fn(|k, _| own[k].value(Node::moving(at, v)))
+            *sign * Vector3::from_fn(|k, _| own[k].value(Node::moving(at)))
         };
         self.spins.iter().map(own).sum()
     }
 
     /// Adds the derivatives of `weights·Δω` by `q` and `v`.
-    fn add_spin(
-        &self,
-        (at, v): (Configuration<'_>, &[f64]),
-        weights: &Vector3<f64>,
-        [of_q, of_v]: [&mut [f64]; 2],
-    ) {
+    fn add_spin(&self, at: Motion<'_>, weights: &Vector3<f64>, [of_q, of_v]: [&mut [f64]; 2]) {
         for (sign, own) in &self.spins {
             for (own, weight) in own.iter().zip(weights) {
                 let [lambda, a, z] = [(); 3].map(|()| &mut [][..]);
                 let out = Slopes { q: &mut *of_q, v: &mut *of_v, lambda, a, z };
-                own.add_slopes(Node::moving(at, v), sign * weight, out);
+                own.add_slopes(Node::moving(at), sign * weight, out);
             }
         }
     }
@@ -54,8 +49,11 @@ impl Turn {
     /// The number with another `B`.
     fn with(&self, along: &Form, Node { at, v, a, .. }: Node<'_>) -> f64 {
         match self.accelerates {
-            false => along.at(at.q).dot(&self.spin(at, v)),
-            true => along.rate(v).dot(&self.spin(at, v)) + along.at(at.q).dot(&self.spin(at, a)),
+            false => along.at(at.q).dot(&self.spin(at.moving(v))),
+            true => {
+                along.rate(v).dot(&self.spin(at.moving(v)))
+                    + along.at(at.q).dot(&self.spin(at.moving(a)))
+            }
         }
     }
 }
@@ -67,13 +65,13 @@ impl NodeQuantity for Turn {
     fn add_slopes(&self, Node { at, v, a, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
         let along = scale * self.along.at(at.q);
         if !self.accelerates {
-            self.along.add_transposed(&(scale * self.spin(at, v)), out.q);
-            return self.add_spin((at, v), &along, [out.q, out.v]);
+            self.along.add_transposed(&(scale * self.spin(at.moving(v))), out.q);
+            return self.add_spin(at.moving(v), &along, [out.q, out.v]);
         }
-        self.along.add_transposed(&(scale * self.spin(at, v)), out.v);
-        self.along.add_transposed(&(scale * self.spin(at, a)), out.q);
-        self.add_spin((at, v), &(scale * self.along.rate(v)), [&mut *out.q, out.v]);
-        self.add_spin((at, a), &along, [out.q, out.a]);
+        self.along.add_transposed(&(scale * self.spin(at.moving(v))), out.v);
+        self.along.add_transposed(&(scale * self.spin(at.moving(a))), out.q);
+        self.add_spin(at.moving(v), &(scale * self.along.rate(v)), [&mut *out.q, out.v]);
+        self.add_spin(at.moving(a), &along, [out.q, out.a]);
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
         self.by.get(parameter).map_or(0.0, |along| self.with(along, node))
@@ -97,12 +95,12 @@ impl Curved for Turn {
     ) {
         let moved = Configuration { q: dq, ..at };
         let [along, turned] = [self.along.at(at.q), self.along.rate(dq)].map(|b| scale * b);
-        let spin = self.spin(moved, v) + self.spin(at, dv);
+        let spin = self.spin(moved.moving(v)) + self.spin(at.moving(dv));
         self.along.add_transposed(&(scale * spin), q);
         let mut unused = vec![0.0; v.len()];
-        self.add_spin((at, dv), &along, [&mut *q, &mut unused]);
-        self.add_spin((moved, v), &along, [&mut unused, &mut *of_v]);
-        self.add_spin((at, v), &turned, [q, of_v]);
+        self.add_spin(at.moving(dv), &along, [&mut *q, &mut unused]);
+        self.add_spin(moved.moving(v), &along, [&mut unused, &mut *of_v]);
+        self.add_spin(at.moving(v), &turned, [q, of_v]);
     }
 }
 

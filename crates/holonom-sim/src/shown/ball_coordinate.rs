@@ -10,7 +10,7 @@ use crate::design::ModelTangent;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use vi_control::objective::Quantity;
 use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
-use vi_core::{Configuration, Number};
+use vi_core::{Configuration, Motion, Number};
 use vi_multibody::FrameId;
 use vi_multibody::joint::{Joint, Side};
 use vi_rigid::directors::FRAME;
@@ -92,9 +92,9 @@ impl Quantity for BallCoordinate {
             out[k] += scale * self.number(&along, self.still()).eps;
         });
     }
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
         self.for_each(|k, is_own| {
-            let along = |i: usize| HyperDual64::new(at.q[i], v[i], is_own(i), 0.0);
+            let along = |i: usize| HyperDual64::new(at.q[i], at.v[i], is_own(i), 0.0);
             out[k] += scale * self.number(&along, self.still()).eps1eps2;
         });
     }
@@ -112,12 +112,12 @@ impl Quantity for BallCoordinate {
         let axes = [0, 1].map(|side| own[side].zip_map(&moved[side], Dual64::new));
         self.number(&|i| Dual64::from_re(at.q[i]), axes).eps
     }
-    fn rate_by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn rate_by_parameter(&self, parameter: usize, at: Motion<'_>) -> f64 {
         let Some(moved) = self.moved.get(parameter) else { return 0.0 };
         let own = self.axes();
         let with = |axes: f64, by: f64| HyperDual64::new(axes, by, 0.0, 0.0);
         let axes = [0, 1].map(|side| own[side].zip_map(&moved[side], with));
-        self.number(&|i| HyperDual64::new(at.q[i], 0.0, v[i], 0.0), axes).eps1eps2
+        self.number(&|i| HyperDual64::new(at.q[i], 0.0, at.v[i], 0.0), axes).eps1eps2
     }
 }
 
@@ -189,7 +189,7 @@ mod tests {
                 assert!(apart < 1e-10 * (1.0 + difference.abs()), "{size}: slope {apart:.1e}");
                 // d/dε of the slope along the turn: D²y[dq, dq] + ∇y·d²q
                 let mut bend = vec![0.0; 24];
-                number.add_bend(Configuration::new(0.0, &q), &dq(&q), 1.0, &mut bend);
+                number.add_bend(Motion::new(0.0, &q, &dq(&q)), 1.0, &mut bend);
                 let mut second = vec![0.0; 24];
                 for k in [0, 12] {
                     let by = Vector3::new(along[k], along[k + 1], along[k + 2]).cross_matrix();

@@ -10,7 +10,7 @@ use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
 use vi_control::identification::Reading;
 use vi_control::objective::{PointComponent, Quantity, Seen};
-use vi_core::Configuration;
+use vi_core::{Configuration, Motion};
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::form::{Form, Row};
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -66,14 +66,14 @@ impl Quantity for Measured {
             Self::Ball(own) => own.add_slope(at, scale, out),
         }
     }
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
         match self {
-            Self::Point(own) => own.add_bend(at, v, scale, out),
-            Self::Seen(own) => own.add_bend(at, v, scale, out),
-            Self::Distance(between) => between.add_length_bend(at.q, v, scale, out),
-            Self::Joint { coordinate, .. } => coordinate.add_bend(at.q, v, scale, out),
-            Self::Orientation(own) => own.add_bend(at, v, scale, out),
-            Self::Ball(own) => own.add_bend(at, v, scale, out),
+            Self::Point(own) => own.add_bend(at, scale, out),
+            Self::Seen(own) => own.add_bend(at, scale, out),
+            Self::Distance(between) => between.add_length_bend(at.q, at.v, scale, out),
+            Self::Joint { coordinate, .. } => coordinate.add_bend(at.q, at.v, scale, out),
+            Self::Orientation(own) => own.add_bend(at, scale, out),
+            Self::Ball(own) => own.add_bend(at, scale, out),
         }
     }
     fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]) {
@@ -313,8 +313,8 @@ impl Quantity for Sensed {
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.of.add_slope(at, scale, out);
     }
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
-        self.of.add_bend(at, v, scale, out);
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
+        self.of.add_bend(at, scale, out);
     }
     fn add_third(&self, at: Configuration<'_>, along: [&[f64]; 2], scale: f64, out: &mut [f64]) {
         self.of.add_third(at, along, scale, out);
@@ -340,22 +340,22 @@ impl Quantity for Sensed {
             _ => 0.0,
         }
     }
-    fn rate_by_parameter(&self, parameter: usize, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn rate_by_parameter(&self, parameter: usize, at: Motion<'_>) -> f64 {
         match (self.by.get(parameter), &self.of) {
-            (_, Measured::Ball(own)) => own.rate_by_parameter(parameter, at, v),
-            (Some(Change::Joint(own)), _) => own.rate_by(at.q, v),
-            (Some(Change::Form(change)), Measured::Point(own)) => change.rate(v)[own.axis],
+            (_, Measured::Ball(own)) => own.rate_by_parameter(parameter, at),
+            (Some(Change::Joint(own)), _) => own.rate_by(at.q, at.v),
+            (Some(Change::Form(change)), Measured::Point(own)) => change.rate(at.v)[own.axis],
             (Some(Change::Form(change)), Measured::Seen(own)) => {
-                let [axis, turning] = [own.b.at(at.q), own.b.rate(v)];
-                change.rate(v).dot(&axis) + change.at(at.q).dot(&turning)
+                let [axis, turning] = [own.b.at(at.q), own.b.rate(at.v)];
+                change.rate(at.v).dot(&axis) + change.at(at.q).dot(&turning)
             }
             (Some(Change::Form(change)), Measured::Distance(between)) => {
-                let (line, rate) = (between.at(at.q), between.rate(v));
+                let (line, rate) = (between.at(at.q), between.rate(at.v));
                 let (moved, length) = (change.at(at.q), line.norm());
                 let along = line / length;
                 // of D̂·Ḋ
                 let turned = rate.dot(&moved) - along.dot(&rate) * along.dot(&moved);
-                along.dot(&change.rate(v)) + turned / length
+                along.dot(&change.rate(at.v)) + turned / length
             }
             _ => 0.0,
         }

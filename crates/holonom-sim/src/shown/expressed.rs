@@ -53,7 +53,7 @@ impl NodeQuantity for ValueOf {
 
 impl Curved for ValueOf {
     fn add_bend(&self, node: Node<'_>, [dq, _]: [&[f64]; 2], scale: f64, [q, _]: [&mut [f64]; 2]) {
-        self.0.add_bend(node.at, dq, scale, q);
+        self.0.add_bend(node.at.moving(dq), scale, q);
     }
 }
 

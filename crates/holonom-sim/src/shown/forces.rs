@@ -143,11 +143,11 @@ struct Turning(Input);
 
 impl NodeQuantity for Turning {
     fn value(&self, node: Node<'_>) -> f64 {
-        self.0.value(Node::moving(node.at, node.a))
+        self.0.value(Node::moving(node.at.moving(node.a)))
     }
     fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
         let out = Slopes { v: out.a, a: &mut [], ..out };
-        self.0.add_slopes(Node::moving(node.at, node.a), scale, out);
+        self.0.add_slopes(Node::moving(node.at.moving(node.a)), scale, out);
     }
     fn reads(&self) -> Reads {
         Reads { accelerations: true, ..Reads::default() }

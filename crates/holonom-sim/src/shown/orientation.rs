@@ -10,7 +10,7 @@ use nalgebra::Quaternion;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_control::objective::{Quantity, Seen};
 use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
-use vi_core::{Configuration, Number};
+use vi_core::{Configuration, Motion, Number};
 use vi_rigid::directors::FRAME;
 
 /// A number of a quaternion that is continued along a motion.
@@ -68,10 +68,10 @@ impl Quantity for Turned {
             out[k] += scale * self.number(at, &|i| Dual64::new(at.q[i], is_own(i))).eps;
         });
     }
-    fn add_bend(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add_bend(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) {
         self.for_each(|k, is_own| {
-            let along = |i: usize| HyperDual64::new(at.q[i], v[i], is_own(i), 0.0);
-            out[k] += scale * self.number(at, &along).eps1eps2;
+            let along = |i: usize| HyperDual64::new(at.q[i], at.v[i], is_own(i), 0.0);
+            out[k] += scale * self.number(at.configuration(), &along).eps1eps2;
         });
     }
     fn add_third(&self, at: Configuration<'_>, [v, w]: [&[f64]; 2], scale: f64, out: &mut [f64]) {

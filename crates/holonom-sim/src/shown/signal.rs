@@ -32,10 +32,10 @@ impl SignalNumber {
 
 impl NodeQuantity for SignalNumber {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
-        self.gauge.value(self.source, self.at(at), v)
+        self.gauge.value(self.source, self.at(at).moving(v))
     }
     fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
-        let row = self.gauge.slopes(self.source, self.at(node.at), node.v);
+        let row = self.gauge.slopes(self.source, self.at(node.at).moving(node.v));
         let (inputs, states) = self.gauge.reads();
         for (input, slope) in inputs.iter().zip(&row).filter(|(_, slope)| **slope != 0.0) {
             input.add_slopes(node, scale * slope, out.again());
@@ -67,12 +67,12 @@ impl Curved for SignalNumber {
         [q, of_v]: [&mut [f64]; 2],
     ) {
         let at = self.at(node.at);
-        let row = self.gauge.slopes(self.source, at, node.v);
+        let row = self.gauge.slopes(self.source, at.moving(node.v));
         let (inputs, _) = self.gauge.reads();
         let slopes: Vec<[Vec<f64>; 2]> = inputs.iter().map(|own| own.slopes_at(node)).collect();
         let change = |[q, v]: &[Vec<f64>; 2]| dot(q, changes[0]) + dot(v, changes[1]);
         let changed: Vec<f64> = slopes.iter().map(change).collect();
-        let bend = self.gauge.bend(self.source, at, node.v, &changed);
+        let bend = self.gauge.bend(self.source, at.moving(node.v), &changed);
         for (((input, slope), bend), [by_q, by_v]) in
             inputs.iter().zip(&row).zip(&bend).zip(&slopes)
         {

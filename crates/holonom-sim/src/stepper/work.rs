@@ -153,7 +153,12 @@ impl Work {
             system.add_interpolated_work(&polynomial, &mut self.parts);
             for node in gauss {
                 let scale = s.h * node.weight;
-                system.add_power(node.place(s), &node.v, scale, &mut self.force, &mut self.parts);
+                system.add_power(
+                    node.place(s).moving(&node.v),
+                    scale,
+                    &mut self.force,
+                    &mut self.parts,
+                );
             }
             self.add_motions_of_polynomial(system, &polynomial, gauss);
             return;
@@ -211,7 +216,7 @@ impl Work {
         balances[0].copy_from_slice(&node.p);
         for (k, at) in gauss.iter().enumerate() {
             force.fill(0.0);
-            system.add_gauss_force(at.place(polynomial.step()), &at.v, force);
+            system.add_gauss_force(at.place(polynomial.step()).moving(&at.v), force);
             for (i, w) in balances.iter_mut().enumerate() {
                 let impulse = h * at.weight * constants.E[(k, i)];
                 w.iter_mut().zip(&*force).for_each(|(w, f)| *w += impulse * f);

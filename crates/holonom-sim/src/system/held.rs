@@ -15,6 +15,7 @@ use super::outside::{Outside, OutsideLaw};
 use holonom_model::{Load, Model, ModelError};
 use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_core::Motion;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 use vi_multibody::builder::{ElementForce, MechanismBuilder, NamedForce};
@@ -119,7 +120,7 @@ struct HeldWrench {
 }
 
 impl Force for HeldWrench {
-    fn add(&self, _t: f64, q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { q, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         let values = self.input.values();
         let place = self.offset..self.offset + self.size;
         if !self.torque {
@@ -131,35 +132,18 @@ impl Force for HeldWrench {
         add_wrench(scale, wrench, &q[place.clone()], &mut out[place]);
     }
 
-    fn add_position_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
+    fn add_position_derivative(&self, _at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         if !self.torque {
             return;
         }
         add_lever_slopes(scale, &self.input.values().into(), self.offset, out);
     }
 
-    fn add_velocity_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
+    fn add_velocity_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
 
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {

@@ -15,9 +15,9 @@
 
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
-use vi_core::Configuration;
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{Configuration, Motion};
 
 /// Relative residual from which on dependent constraints contradict each other.
 const RELATIVE: f64 = 1e-5;
@@ -163,19 +163,18 @@ fn relative(value: f64, size: f64) -> f64 {
 pub fn contradiction<C: Constraints>(
     constraints: &C,
     rows: &IndependentRows,
-    at: Configuration<'_>,
-    v: &[f64],
+    at: Motion<'_>,
 ) -> Option<Contradiction> {
     rows.redundant().next()?;
     let m = constraints.len();
-    let mut dependence = Dependence::new(constraints, rows, at);
-    let rate = v.iter().zip(&dependence.weights).map(|(v, w)| v.abs() * w.sqrt());
+    let mut dependence = Dependence::new(constraints, rows, at.configuration());
+    let rate = at.v.iter().zip(&dependence.weights).map(|(v, w)| v.abs() * w.sqrt());
     let rate = rate.fold(0.0, f64::max); // 1/s
     let mut b = vec![0.0; m];
     constraints.time_derivative(at.t, at.q, &mut b);
     let found = dependence.contradiction(ContradictionLevel::Velocity, &b, VELOCITY * rate);
     found.or_else(|| {
-        constraints.acceleration_terms(at.t, at.q, v, &mut b);
+        constraints.acceleration_terms(at.t, at.q, at.v, &mut b);
         dependence.contradiction(
             ContradictionLevel::Acceleration,
             &b,
@@ -254,14 +253,14 @@ mod tests {
         for v in [0.0, 1e-17, 1e-8, 1.0, 1e6] {
             let circle = circle();
             let rows = IndependentRows::find(&circle, at.t, at.q);
-            assert_eq!(contradiction(&circle, &rows, at, &[0.0, v]), None, "{v:e}");
+            assert_eq!(contradiction(&circle, &rows, at.moving(&[0.0, v])), None, "{v:e}");
         }
         let touching = touching();
         let rows = IndependentRows::find(&touching, at.t, at.q);
         assert_eq!(rows.len(), 1);
-        assert_eq!(contradiction(&touching, &rows, at, &[0.0, 0.0]), None);
+        assert_eq!(contradiction(&touching, &rows, at.moving(&[0.0, 0.0])), None);
         for v in [1e-6, 1.0, 1e6] {
-            let found = contradiction(&touching, &rows, at, &[0.0, v]).unwrap();
+            let found = contradiction(&touching, &rows, at.moving(&[0.0, v])).unwrap();
             assert_eq!(found.level, ContradictionLevel::Acceleration);
             let mut named = found.rows.clone();
             named.sort_unstable();

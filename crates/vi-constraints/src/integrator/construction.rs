@@ -166,7 +166,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// [`SetupError::Contradiction`].
     pub fn consistent(self) -> Result<Self, SetupError> {
         let (at, v) = (self.state.configuration(), &self.initial_velocity);
-        match contradiction(&*self.constraints, &self.rows, at, v) {
+        match contradiction(&*self.constraints, &self.rows, at.moving(v)) {
             Some(found) => Err(found.into()),
             None => Ok(self),
         }

@@ -206,7 +206,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
 
     fn begin(&self, state: &mut State, v: &[f64]) {
         let mut internal = vec![0.0; self.internal_variables()];
-        self.begin_internal(state.configuration(), v, &mut internal);
+        self.begin_internal(state.configuration().moving(v), &mut internal);
         state.internal = internal;
     }
 
@@ -217,7 +217,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Discretization<C> for S {
     fn sample(&self, state: &mut State, v: &[f64]) {
         let State { step, t, q, angles, internal, .. } = state;
         let at = Configuration { t: *t, q, angles, internal: &[] };
-        DiscreteLagrangian::sample(self, *step, at, v, internal);
+        DiscreteLagrangian::sample(self, *step, at.moving(v), internal);
     }
 
     fn discrete_energy(&self, step: Step<'_>) -> Option<f64> {

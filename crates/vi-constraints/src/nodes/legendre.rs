@@ -380,7 +380,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         self.check_vectors(at.q, p)?;
         let mut v = vec![0.0; p.len()];
         let has_velocity = self.projections.free_velocity(self.system, p, &mut v)?;
-        let found = has_velocity.then(|| hamiltonian(self.system, at, &v, p)); // (53)
+        let found = has_velocity.then(|| hamiltonian(self.system, at.moving(&v), p)); // (53)
         found.iter().try_for_each(|e| finite("the energy", &[e.kinetic, e.potential]))?;
         Ok(found)
     }
@@ -396,7 +396,7 @@ impl<'a, S: DiscreteLagrangian, C: Constraints> LegendreTransforms<'a, S, C> {
         p: &[f64],
     ) -> Result<Energies, LegendreError> {
         let (v, projected) = self.tangential(at, p)?;
-        let found = hamiltonian(self.system, at, &v, &projected); // (53)
+        let found = hamiltonian(self.system, at.moving(&v), &projected); // (53)
         finite("the energy", &[found.kinetic, found.potential])?;
         Ok(found)
     }

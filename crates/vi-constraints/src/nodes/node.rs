@@ -16,13 +16,13 @@ use crate::projection::{NodeMotion, Projections, hamiltonian, kinetic_energy};
 use crate::reparametrization::Emission;
 use crate::saddle_point::IndependentRows;
 use crate::scheme::linearization::{StepLinearization, Tangent};
-use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::legendre::{Energies, discrete_energy, p_minus};
 use vi_core::linear::{Singular, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
+use vi_core::{Configuration, Motion};
 
 /// Quantities of the node `n`, all buffers sized once.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -138,7 +138,7 @@ impl NodeObserver {
         node.hamiltonian =
             kinetic.map(|kinetic| Energies { kinetic, ..node.hamiltonian_projected }); // (53)
         let v = if has_velocity { &n_work[..] } else { &node.v };
-        node.momentum_residual = rate(constraints, s.start(), v, m_work); // (46)
+        node.momentum_residual = rate(constraints, s.start().moving(v), m_work); // (46)
         node.velocity_residual = if constraints.is_rheonomic() {
             constraints.residual(s.end(), m_work);
             norm_inf(m_work) / s.h.abs()
@@ -168,7 +168,7 @@ impl NodeObserver {
         let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
-        node.velocity_residual = rate(constraints, state.configuration(), &node.v, m_work);
+        node.velocity_residual = rate(constraints, state.configuration().moving(&node.v), m_work);
         node.momentum_residual = node.velocity_residual;
         Ok(&self.node)
     }
@@ -192,7 +192,7 @@ impl NodeObserver {
         mass.velocity(at.t, h, &node.p_bar, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected = hamiltonian(system, at, &node.v, &node.p_projected); // (53)
+        node.hamiltonian_projected = hamiltonian(system, at.moving(&node.v), &node.p_projected); // (53)
         Ok(())
     }
 
@@ -299,7 +299,12 @@ impl NodeObserver {
             self.observe_state(system, constraints, (state, &[]), 0.0)?;
             let Self { projections, node, .. } = self;
             let at = state.configuration();
-            projections.independent_multiplier(system, constraints, at, &node.v, &mut lambda)?;
+            projections.independent_multiplier(
+                system,
+                constraints,
+                at.moving(&node.v),
+                &mut lambda,
+            )?;
         }
         if constraints.is_rheonomic() {
             prescribed.resize(n, 0.0);
@@ -394,7 +399,7 @@ impl NodeObserver {
         );
         if swept.is_err() {
             let lambda = lambda.unwrap_or(m_work);
-            projections.acceleration_force(system, constraints, at, v, force, lambda)?;
+            projections.acceleration_force(system, constraints, at.moving(v), force, lambda)?;
         }
         node.acceleration.clear();
         node.acceleration.extend_from_slice(projections.acceleration());
@@ -449,8 +454,8 @@ impl<S: DiscreteLagrangian, C: Constraints> ConstrainedMass for AllowedMass<'_, 
 }
 
 /// `|G(q) v + ∂g/∂t|_∞`.
-fn rate(constraints: &impl Constraints, at: Configuration<'_>, v: &[f64], work: &mut [f64]) -> f64 {
+fn rate(constraints: &impl Constraints, at: Motion<'_>, work: &mut [f64]) -> f64 {
     constraints.time_derivative(at.t, at.q, work);
-    constraints.add_rates(at.t, at.q, v, work);
+    constraints.add_rates(at.t, at.q, at.v, work);
     norm_inf(work)
 }

@@ -21,12 +21,12 @@ use crate::null_space::RANK_TOLERANCE;
 use crate::redundancy::minimum_norm;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
 use crate::unit_rows::UnitRows;
-use vi_core::Configuration;
 use vi_core::MechanicalSystem;
 use vi_core::legendre::Energies;
 use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
+use vi_core::{Configuration, Motion};
 
 /// A node as it moves.
 #[derive(Clone, Copy, Debug)]
@@ -195,14 +195,13 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
     ) {
-        constraints.acceleration_terms(at.t, at.q, v, &mut self.m_work);
+        constraints.acceleration_terms(at.t, at.q, at.v, &mut self.m_work);
         self.m_work.iter_mut().for_each(|b| *b = -*b);
         self.n_work.fill(0.0);
-        system.add_potential_gradient(at, -1.0, &mut self.n_work);
-        system.add_force(at, v, &mut self.n_work);
+        system.add_potential_gradient(at.configuration(), -1.0, &mut self.n_work);
+        system.add_force(at, &mut self.n_work);
     }
 
     /// `force ← Gᵀλ` of the acceleration level by what a mechanism offers, and `λ` where it is
@@ -230,7 +229,7 @@ impl Projections {
             // no acceleration satisfies rows that nearly follow from others, too
             return Err(Singular);
         }
-        self.acceleration_sides(system, constraints, at, v);
+        self.acceleration_sides(system, constraints, at.moving(v));
         let Self {
             n,
             jacobian: known,
@@ -281,13 +280,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.acceleration_sides(system, constraints, at, v);
+        self.acceleration_sides(system, constraints, at);
         let force = std::mem::take(&mut self.n_work);
-        let solved = self.solve_mass(system, constraints, at, 0.0, &force);
+        let solved = self.solve_mass(system, constraints, at.configuration(), 0.0, &force);
         self.n_work = force;
         solved?;
         self.mass_system.rows().scatter(&self.x[self.n..], lambda);
@@ -303,13 +301,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.independent_multiplier(system, constraints, at, v, lambda)?;
+        self.independent_multiplier(system, constraints, at, lambda)?;
         let mut force = std::mem::take(&mut self.n_work);
-        self.finish(constraints, at, &mut force, lambda);
+        self.finish(constraints, at.configuration(), &mut force, lambda);
         self.n_work = force;
         Ok(())
     }
@@ -341,13 +338,12 @@ impl Projections {
         &mut self,
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         force: &mut [f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
-        self.independent_multiplier(system, constraints, at, v, lambda)?;
-        self.finish(constraints, at, force, lambda);
+        self.independent_multiplier(system, constraints, at, lambda)?;
+        self.finish(constraints, at.configuration(), force, lambda);
         Ok(())
     }
 }
@@ -377,11 +373,9 @@ pub fn kinetic_energy(v: &[f64], p: &[f64]) -> f64 {
 }
 
 /// `½ vᵀ p + V(q)`, J: `H_d` (53) of a momentum with its velocity.
-pub fn hamiltonian(
-    system: &impl MechanicalSystem,
-    at: Configuration<'_>,
-    v: &[f64],
-    p: &[f64],
-) -> Energies {
-    Energies { kinetic: kinetic_energy(v, p), potential: system.potential_energy(at) }
+pub fn hamiltonian(system: &impl MechanicalSystem, at: Motion<'_>, p: &[f64]) -> Energies {
+    Energies {
+        kinetic: kinetic_energy(at.v, p),
+        potential: system.potential_energy(at.configuration()),
+    }
 }

@@ -371,7 +371,7 @@ impl Transcription {
             own.add_slope(at, weight, v.as_mut_slice());
             for k in 0..d {
                 let mut bend = vec![0.0; self.n];
-                own.add_bend(at, K.column(k).as_slice(), weight, &mut bend);
+                own.add_bend(at.moving(K.column(k).as_slice()), weight, &mut bend);
                 let mut row = square.row_mut(k);
                 row.iter_mut().zip(point.along_columns(n, &bend)).for_each(|(o, x)| *o += x);
             }

@@ -167,7 +167,7 @@ impl Piece {
             let (node, force) = points.force_mut(k);
             efforts.iter().for_each(|(_, tau, own)| own.add_gradient(&node.q, *tau, force));
             let at = node.place(&s);
-            wrenches.iter().for_each(|load| load.add_continuous(at, &node.v, force));
+            wrenches.iter().for_each(|load| load.add_continuous(at.moving(&node.v), force));
         }
         let action = Action { points, efforts, blocks: OnceLock::new() };
         Self { first, s, wrenches, kind: Kind::Galerkin(Box::new(action)) }
@@ -211,13 +211,15 @@ impl Piece {
         let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
         for (k, node) in action.points.gauss().iter().enumerate() {
             let at = node.place(&self.s);
-            if of.system.gauss_step_slope(at, &node.v, h, by, &mut force).is_err() {
+            if of.system.gauss_step_slope(at.moving(&node.v), h, by, &mut force).is_err() {
                 force.fill(f64::NAN);
             }
             for (_, tau, own) in &action.efforts {
                 own.add_gradient(at.q, *tau, &mut force);
             }
-            self.wrenches.iter().for_each(|load| load.add_continuous(at, &node.v, &mut force));
+            self.wrenches
+                .iter()
+                .for_each(|load| load.add_continuous(at.moving(&node.v), &mut force));
             let part = constants.gauss_weights[k] * constants.E[(k, i)];
             sum.iter_mut().zip(&force).for_each(|(sum, f)| *sum += part * f);
         }
@@ -304,15 +306,15 @@ impl Piece {
                 // F_qᵀ Z − ∂_q∂_v(Z·F) V
                 let into = &mut Product { v: &Z, out: &mut still };
                 let out = &mut Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-                of.system.gauss_slopes(at, &node.v, [1.0, 0.0], out);
+                of.system.gauss_slopes(at.moving(&node.v), [1.0, 0.0], out);
                 self.emit_controls(action, node, [1.0, 0.0], out);
             }
             let by = [0.0, -1.0, 0.0, 0.0];
             let out = &mut Product { v: &node.v, out: &mut still };
-            of.system.gauss_bend(at, &node.v, &Z, by, out);
+            of.system.gauss_bend(at.moving(&node.v), &Z, by, out);
             let by = [0.0, 0.0, 0.0, -1.0 / h];
             let out = &mut Product { v: &node.v, out: &mut moving };
-            of.system.gauss_bend(at, &node.v, &Z, by, out);
+            of.system.gauss_bend(at.moving(&node.v), &Z, by, out);
             let b = constants.gauss_weights[k];
             let [E, D] = [constants.E[(k, i)], constants.D[(k, i)]].map(|part| b * part);
             for ((slope, still), moving) in slope.iter_mut().zip(&still).zip(&moving) {
@@ -332,7 +334,7 @@ impl Piece {
             let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
             let mut turned = vec![0.0; of.n];
             let out = &mut Product { v: &node.v, out: &mut turned };
-            of.system.gauss_bend(at, &node.v, &Z, [0.0, 0.0, 0.0, 1.0], out);
+            of.system.gauss_bend(at.moving(&node.v), &Z, [0.0, 0.0, 0.0, 1.0], out);
             sum += action.points.constants().gauss_weights[k] * dot(&turned, &node.v) / self.s.h;
         }
         sum
@@ -368,7 +370,7 @@ impl Piece {
             own.emit_second(&node.q, by[0] * tau, out);
         }
         let at = node.place(&self.s);
-        self.wrenches.iter().for_each(|load| load.add_gauss_slopes(at, &node.v, by, out));
+        self.wrenches.iter().for_each(|load| load.add_gauss_slopes(at.moving(&node.v), by, out));
     }
 
     /// How a control acts at node `i` of the piece.
@@ -395,7 +397,7 @@ impl Piece {
                     let at = node.place(&self.s);
                     match (of.wrench(control), &of.coordinates[control]) {
                         (Some(load), _) => {
-                            load.scaled(part).add_continuous(at, &node.v, &mut force);
+                            load.scaled(part).add_continuous(at.moving(&node.v), &mut force);
                         }
                         (None, Some(own)) => own.add_gradient(at.q, part, &mut force),
                         (None, None) => {}
@@ -438,7 +440,7 @@ impl Piece {
                             let into = &mut Product { v: &Z, out: &mut slope };
                             let (row, column, scale, transposed) = (0, 0, 1.0, true);
                             let out = &mut Block { into, row, column, scale, transposed };
-                            load.add_gauss_slopes(at, &node.v, [1.0, 0.0], out);
+                            load.add_gauss_slopes(at.moving(&node.v), [1.0, 0.0], out);
                         }
                         (None, Some(own)) => own.add_bend(at.q, &Z, 1.0, &mut slope),
                         (None, None) => {}
@@ -505,12 +507,12 @@ impl Piece {
                     let [E_i, E_j] = [i, j].map(|i| constants.E[(k, i)]);
                     let [D_i, D_j] = [i, j].map(|i| constants.D[(k, i)] / h);
                     let by = [E_i * E_j, E_i * D_j, D_i * E_j, D_i * D_j].map(|by| h * b * by);
-                    of.system.gauss_bend(at, &node.v, &Z, by, out);
+                    of.system.gauss_bend(at.moving(&node.v), &Z, by, out);
                     for (_, tau, own) in &action.efforts {
                         own.emit_third(at.q, &Z, by[0] * tau, out);
                     }
                     for load in &self.wrenches {
-                        load.add_gauss_bend(at, &node.v, &Z, by, out);
+                        load.add_gauss_bend(at.moving(&node.v), &Z, by, out);
                     }
                 }
             }

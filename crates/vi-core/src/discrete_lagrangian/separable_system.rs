@@ -6,7 +6,7 @@ mod discrete;
 mod works;
 
 use super::slot_derivatives::DiscreteLagrangian;
-use crate::configuration::Configuration;
+use crate::configuration::Motion;
 use crate::coordinate_force::AlongUnknown;
 use crate::force::{DiscreteForce, Source};
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
@@ -156,17 +156,12 @@ impl SeparableSystem {
     /// How all internal variables change at the start of a motion whose configuration and velocity
     /// change by `dq` and `dv`: `δz_0`. Those of forces start at zero.
     #[must_use]
-    pub fn internal_change_at_start(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        change: [&[f64]; 2],
-    ) -> Vec<f64> {
+    pub fn internal_change_at_start(&self, at: Motion<'_>, change: [&[f64]; 2]) -> Vec<f64> {
         let mut out = vec![0.0; self.internal_variables()];
         if let Some(signals) = &self.signals {
-            signals.begin_change(at, v, change, &mut out[self.places_of_signals()]);
+            signals.begin_change(at, change, &mut out[self.places_of_signals()]);
         }
-        self.begin_works_change(at, change[0], &mut out[self.places_of_works()]);
+        self.begin_works_change(at.configuration(), change[0], &mut out[self.places_of_works()]);
         if let Some(potential) = self.potential_with_memory() {
             let first = self.variables_before_potentials();
             potential.begin_change(at.q, change[0], &mut out[first..]);
@@ -305,36 +300,29 @@ impl SeparableSystem {
 
     /// Adds `scale f·v` of each discrete force at a Gauss node to `out`, in the order of
     /// [`SeparableSystem::sources`], but for those of strain rates; `scratch`: shape `n`.
-    pub fn add_power(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        scratch: &mut [f64],
-        out: &mut [f64],
-    ) {
+    pub fn add_power(&self, at: Motion<'_>, scale: f64, scratch: &mut [f64], out: &mut [f64]) {
         let all = self.forces.iter().zip(out);
         for (force, work) in all.filter(|(force, _)| force.interpolation().is_none()) {
             scratch.fill(0.0);
-            force.add_continuous(at, v, scratch);
-            *work += scale * scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>();
+            force.add_continuous(at, scratch);
+            *work += scale * scratch.iter().zip(at.v).map(|(f, v)| f * v).sum::<f64>();
         }
     }
 
     /// `out ← ∇V(q) − f(t, q, v)`, N: what constraints and inertia have to balance.
-    pub fn net_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    pub fn net_force(&self, at: Motion<'_>, out: &mut [f64]) {
         out.fill(0.0);
-        self.add_force(at, v, out);
+        self.add_force(at, out);
         out.iter_mut().for_each(|f| *f = -*f);
-        self.add_potential_gradient(at, 1.0, out);
+        self.add_potential_gradient(at.configuration(), 1.0, out);
     }
 
     /// Emits `∂/∂q` of [`SeparableSystem::net_force`] at rest or in a steady rotation `v`
     /// ([`DiscreteForce::add_stiffness`]), shape `n × n`; always the same places in the same order.
     /// Not symmetric where a force has no potential.
-    pub fn stiffness(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.potential_hessian(at, 1.0, out);
-        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    pub fn stiffness(&self, at: Motion<'_>, out: &mut dyn Entries) {
+        self.potential_hessian(at.configuration(), 1.0, out);
+        self.forces.iter().for_each(|force| force.add_stiffness(at, -1.0, out));
     }
 
     /// The elastic energies of strains among the potentials, in the order in which they were added.
@@ -345,13 +333,7 @@ impl SeparableSystem {
     /// [`SeparableSystem::stiffness`] with these stresses of all
     /// [`SeparableSystem::strain_energies`], one after the other, in the place of `C ε(q)`; the
     /// same places in the same order.
-    pub fn stressed_stiffness(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        mut sigma: &[f64],
-        out: &mut dyn Entries,
-    ) {
+    pub fn stressed_stiffness(&self, at: Motion<'_>, mut sigma: &[f64], out: &mut dyn Entries) {
         for potential in self.potentials() {
             match potential.strain_energy() {
                 Some(energy) => {
@@ -359,30 +341,27 @@ impl SeparableSystem {
                     energy.add_stressed_hessian(at.q, own, 1.0, out);
                     sigma = rest;
                 }
-                None => potential.add_hessian(at, 1.0, out),
+                None => potential.add_hessian(at.configuration(), 1.0, out),
             }
         }
-        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+        self.forces.iter().for_each(|force| force.add_stiffness(at, -1.0, out));
     }
 
     /// [`SeparableSystem::net_force`] without [`SeparableSystem::strain_energies`].
-    pub fn net_force_beside_strains(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    pub fn net_force_beside_strains(&self, at: Motion<'_>, out: &mut [f64]) {
         out.fill(0.0);
-        self.add_force(at, v, out);
+        self.add_force(at, out);
         out.iter_mut().for_each(|f| *f = -*f);
-        self.beside_strains().for_each(|potential| potential.add_gradient(at, 1.0, out));
+        self.beside_strains()
+            .for_each(|potential| potential.add_gradient(at.configuration(), 1.0, out));
     }
 
     /// Emits its derivative, [`SeparableSystem::stiffness`] without
     /// [`SeparableSystem::strain_energies`].
-    pub fn stiffness_beside_strains(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        out: &mut dyn Entries,
-    ) {
-        self.beside_strains().for_each(|potential| potential.add_hessian(at, 1.0, out));
-        self.forces.iter().for_each(|force| force.add_stiffness(at, v, -1.0, out));
+    pub fn stiffness_beside_strains(&self, at: Motion<'_>, out: &mut dyn Entries) {
+        self.beside_strains()
+            .for_each(|potential| potential.add_hessian(at.configuration(), 1.0, out));
+        self.forces.iter().for_each(|force| force.add_stiffness(at, -1.0, out));
     }
 
     fn beside_strains(&self) -> impl Iterator<Item = &dyn DiscretePotential> {
@@ -390,36 +369,24 @@ impl SeparableSystem {
     }
 
     /// Emits `−∂f/∂q` of one force at `v`, in the order of [`SeparableSystem::sources`].
-    pub fn stiffness_of(
-        &self,
-        force: usize,
-        at: Configuration<'_>,
-        v: &[f64],
-        out: &mut dyn Entries,
-    ) {
-        self.forces[force].add_stiffness(at, v, -1.0, out);
+    pub fn stiffness_of(&self, force: usize, at: Motion<'_>, out: &mut dyn Entries) {
+        self.forces[force].add_stiffness(at, -1.0, out);
     }
 
     /// Emits `−∂f/∂v` of one force, in the order of [`SeparableSystem::sources`].
-    pub fn damping_of(
-        &self,
-        force: usize,
-        at: Configuration<'_>,
-        v: &[f64],
-        out: &mut dyn Entries,
-    ) {
-        self.forces[force].add_damping(at, v, -1.0, out);
+    pub fn damping_of(&self, force: usize, at: Motion<'_>, out: &mut dyn Entries) {
+        self.forces[force].add_damping(at, -1.0, out);
     }
 
     /// Emits `−∂f/∂v`, shape `n × n`, N·s/m; always the same places in the same order.
-    pub fn damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.forces.iter().for_each(|force| force.add_damping(at, v, -1.0, out));
+    pub fn damping(&self, at: Motion<'_>, out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_damping(at, -1.0, out));
     }
 
     /// The same of the forces that act from the ground: [`DiscreteForce::acts_from_ground`].
-    pub fn damping_to_ground(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
+    pub fn damping_to_ground(&self, at: Motion<'_>, out: &mut dyn Entries) {
         let from_ground = self.forces.iter().filter(|force| force.acts_from_ground());
-        from_ground.for_each(|force| force.add_damping(at, v, -1.0, out));
+        from_ground.for_each(|force| force.add_damping(at, -1.0, out));
     }
 
     /// Adds the work of each force of strain rates in a Galerkin step to `out`, in the order of

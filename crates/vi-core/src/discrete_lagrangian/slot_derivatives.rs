@@ -1,6 +1,6 @@
 //! A discrete Lagrangian, its slot derivatives and its discrete forces.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::interval::{Interval, Slot, StepChange};
 use crate::mechanical_system::MechanicalSystem;
 use crate::signals::StateRates;
@@ -42,25 +42,19 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// [`MechanicalSystem::interpolation`]; shape `n × n`, always the same places in the same
     /// order where the same factors are zero. No step needs it: it is part of the tangent of a
     /// Galerkin step. The default knows no forces.
-    fn gauss_slopes(
-        &self,
-        at: Configuration<'_>,
-        _v: &[f64],
-        [by_q, _]: [f64; 2],
-        out: &mut dyn Entries,
-    ) {
-        self.potential_hessian(at, -by_q, out);
+    fn gauss_slopes(&self, at: Motion<'_>, [by_q, _]: [f64; 2], out: &mut dyn Entries) {
+        self.potential_hessian(at.configuration(), -by_q, out);
     }
     /// The same of all potentials and forces, [`MechanicalSystem::interpolation`] among them: part
     /// of the tangent of the acceleration level.
-    fn level_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
-        self.gauss_slopes(at, v, by, out);
+    fn level_slopes(&self, at: Motion<'_>, by: [f64; 2], out: &mut dyn Entries) {
+        self.gauss_slopes(at, by, out);
     }
     /// Emits `∂f/∂z`, shape `n ×` all internal variables: states of signals that forces read.
-    fn state_slopes(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut dyn Entries) {}
+    fn state_slopes(&self, _at: Motion<'_>, _out: &mut dyn Entries) {}
     /// The rates of the continuous states of signals where all internal variables are listed;
     /// `None` where there are none. Allocates.
-    fn state_rates(&self, _at: Configuration<'_>, _v: &[f64]) -> Option<StateRates> {
+    fn state_rates(&self, _at: Motion<'_>) -> Option<StateRates> {
         None
     }
     /// `out ← out + f_d^-(q_n, q_{n+1})`, N·s.
@@ -100,8 +94,7 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// [`NoStepSlope`], unless said otherwise.
     fn gauss_step_slope(
         &self,
-        _at: Configuration<'_>,
-        _v: &[f64],
+        _at: Motion<'_>,
         _h: f64,
         _change: StepChange,
         _out: &mut [f64],
@@ -118,13 +111,13 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     }
     /// `out ← z_0`, the internal variables at the start of a motion from `q` with the velocity `v`;
     /// shape [`Self::internal_variables`].
-    fn begin_internal(&self, _at: Configuration<'_>, _v: &[f64], _out: &mut [f64]) {}
+    fn begin_internal(&self, _at: Motion<'_>, _out: &mut [f64]) {}
     /// Whether internal variables change at the node of this number, before the step from there.
     fn samples(&self, _step: u64) -> bool {
         false
     }
     /// Changes them at a node with the velocity `v`, of `ᵠp_n`; `at` has no internal variables.
-    fn sample(&self, _step: u64, _at: Configuration<'_>, _v: &[f64], _internal: &mut [f64]) {}
+    fn sample(&self, _step: u64, _at: Motion<'_>, _internal: &mut [f64]) {}
     /// `out ← z_{n+1}`, the internal variables at the end of a step, from `z_n`; shape
     /// [`Self::internal_variables`].
     fn advance_internal(&self, _s: &Interval, _out: &mut [f64]) {}

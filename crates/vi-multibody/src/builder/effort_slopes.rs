@@ -8,7 +8,7 @@
 use super::force::{ElementForce, ForceElements, NamedForce};
 use crate::force::joint_force::JointForce;
 use crate::geometry::six_coordinates::Vector6;
-use vi_core::Configuration;
+use vi_core::Motion;
 
 impl NamedForce {
     /// `q ← q + scale ∂τ_k/∂q`, `of_v ← of_v + scale ∂τ_k/∂v`, both of shape `n`, and
@@ -16,27 +16,30 @@ impl NamedForce {
     /// efforts at a node; nothing where it is no law.
     pub fn add_effort_slopes(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         (k, scale): (usize, f64),
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         match &self.force {
             ElementForce::Joint(JointForce { coordinate, law }) => {
-                let slopes = law.slopes(at.t, coordinate.at(at), coordinate.rate(at.q, v));
+                let slopes = law.slopes(
+                    at.t,
+                    coordinate.at(at.configuration()),
+                    coordinate.rate(at.q, at.v),
+                );
                 let by_rate = scale * slopes.by_rate;
                 coordinate.add_gradient(at.q, scale * slopes.by_coordinate, q);
-                coordinate.for_each_bend(at.q, v, by_rate, |i, slope| q[i] += slope);
+                coordinate.for_each_bend(at.q, at.v, by_rate, |i, slope| q[i] += slope);
                 coordinate.add_gradient(at.q, by_rate, of_v);
             }
             ElementForce::Tension(force) => {
-                force.add_tension_slopes((at.t, at.q, v), scale, [q, of_v]);
+                force.add_tension_slopes((at.t, at.q, at.v), scale, [q, of_v]);
             }
             ElementForce::Wrench(force) => {
-                force.add_effort_slopes((at.t, at.q, v), (k, scale), [q, of_v]);
+                force.add_effort_slopes((at.t, at.q, at.v), (k, scale), [q, of_v]);
             }
             ElementForce::Law(force) => {
-                force.add_effort_slopes(at, v, (k, scale), [q, of_v, of_z]);
+                force.add_effort_slopes(at, (k, scale), [q, of_v, of_z]);
             }
             _ => {}
         }
@@ -46,22 +49,21 @@ impl NamedForce {
     /// the efforts at a node; nothing where it is no law, or one with states.
     pub fn add_effort_bends(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         (k, scale): (usize, f64),
         changes: [&[f64]; 2],
         [q, of_v]: [&mut [f64]; 2],
     ) {
-        let (node, out) = ((at.t, at.q, v), [q, of_v]);
+        let (node, out) = ((at.t, at.q, at.v), [q, of_v]);
         match &self.force {
             ElementForce::Joint(force) => {
-                force.add_effort_bends(at, v, scale, changes, out);
+                force.add_effort_bends(at, scale, changes, out);
             }
             ElementForce::Tension(force) => force.add_tension_bends(node, scale, changes, out),
             ElementForce::Wrench(force) => {
                 force.add_effort_bends(node, (k, scale), changes, out);
             }
-            ElementForce::Law(force) => force.add_effort_bends(at, v, (k, scale), changes, out),
+            ElementForce::Law(force) => force.add_effort_bends(at, (k, scale), changes, out),
             _ => {}
         }
     }
@@ -73,7 +75,7 @@ impl ForceElements {
     pub fn add_bushing_bends(
         &self,
         name: &str,
-        (at, v): (Configuration<'_>, &[f64]),
+        at: Motion<'_>,
         effort: (usize, f64),
         changes: [&[f64]; 2],
         [q, of_v]: [&mut [f64]; 2],
@@ -83,7 +85,7 @@ impl ForceElements {
         }
         for own in self.forces.iter().filter(|own| own.name == name) {
             if let ElementForce::Six(force) = &own.force {
-                force.add_effort_bends(at, v, effort, changes, [&mut *q, &mut *of_v]);
+                force.add_effort_bends(at, effort, changes, [&mut *q, &mut *of_v]);
             }
         }
     }
@@ -94,8 +96,7 @@ impl ForceElements {
     pub fn add_bushing_slopes(
         &self,
         name: &str,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         w: &Vector6,
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
@@ -104,7 +105,7 @@ impl ForceElements {
         }
         for own in self.forces.iter().filter(|own| own.name == name) {
             if let ElementForce::Six(force) = &own.force {
-                force.add_slopes(at, v, w, [&mut *q, &mut *of_v, &mut *of_z]);
+                force.add_slopes(at, w, [&mut *q, &mut *of_v, &mut *of_z]);
             }
         }
     }

@@ -22,7 +22,7 @@ use vi_constraints::Options;
 use vi_constraints::integrator::SetupError;
 use vi_constraints::nonsmooth::NonsmoothOptions;
 use vi_core::force::{DiscreteForce, Force, MidpointForce, Source};
-use vi_core::{Configuration, Quadrature, SeparableSystem};
+use vi_core::{Motion, Quadrature, SeparableSystem};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -146,15 +146,17 @@ impl NamedForce {
     /// body along the axes of its law, the force on a point mass followed by zeros. `None` where it
     /// is no law.
     #[must_use]
-    pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> Option<([f64; 6], usize)> {
+    pub fn efforts(&self, at: Motion<'_>) -> Option<([f64; 6], usize)> {
         let single = |effort| Some(([effort, 0.0, 0.0, 0.0, 0.0, 0.0], 1));
         match &self.force {
-            ElementForce::Joint(JointForce { coordinate, law }) => {
-                single(law.effort(at.t, coordinate.at(at), coordinate.rate(at.q, v)))
-            }
-            ElementForce::Tension(force) => single(force.tension_and_rate(at.t, at.q, v)[0]),
-            ElementForce::Wrench(force) => Some((force.efforts(at.t, at.q, v), 6)),
-            ElementForce::Law(force) => Some(force.efforts(at, v)),
+            ElementForce::Joint(JointForce { coordinate, law }) => single(law.effort(
+                at.t,
+                coordinate.at(at.configuration()),
+                coordinate.rate(at.q, at.v),
+            )),
+            ElementForce::Tension(force) => single(force.tension_and_rate(at.t, at.q, at.v)[0]),
+            ElementForce::Wrench(force) => Some((force.efforts(at.t, at.q, at.v), 6)),
+            ElementForce::Law(force) => Some(force.efforts(at)),
             _ => None,
         }
     }
@@ -170,12 +172,12 @@ impl ForceElements {
     /// The efforts of the bushing of this name on its second frame, N and N·m; `None` where there
     /// is none that acts.
     #[must_use]
-    pub fn bushing_efforts(&self, name: &str, at: Configuration<'_>, v: &[f64]) -> Option<Vector6> {
+    pub fn bushing_efforts(&self, name: &str, at: Motion<'_>) -> Option<Vector6> {
         let springs = self.bushings.iter().filter(|own| own.name == name);
         let springs = springs.map(|own| own.spring.efforts(at.t, at.q));
         let forces = self.forces.iter().filter(|own| own.name == name);
         let forces = forces.filter_map(|own| match &own.force {
-            ElementForce::Six(force) => Some(force.efforts(at, v)),
+            ElementForce::Six(force) => Some(force.efforts(at)),
             _ => None,
         });
         springs.chain(forces).reduce(|sum, efforts| sum + efforts)
@@ -192,26 +194,26 @@ impl ForceElements {
     /// What bushings, laws and other forces put into the system in a second, W; springs take no
     /// part. `scratch`: shape `n`.
     #[must_use]
-    pub fn power(&self, at: Configuration<'_>, v: &[f64], scratch: &mut Vec<f64>) -> f64 {
+    pub fn power(&self, at: Motion<'_>, scratch: &mut Vec<f64>) -> f64 {
         let of_spring = |own: &NamedSixSpring| {
             let spring = &own.spring;
-            spring.efforts(at.t, at.q).dot(&spring.coordinates.rate(at.q, v))
+            spring.efforts(at.t, at.q).dot(&spring.coordinates.rate(at.q, at.v))
         };
         let stored: f64 = self.bushings.iter().map(of_spring).sum();
         scratch.clear();
-        scratch.resize(v.len(), 0.0);
+        scratch.resize(at.v.len(), 0.0);
         for own in &self.forces {
             match &own.force {
-                ElementForce::Coordinates(force) => force.add(at.t, at.q, v, 1.0, scratch),
-                ElementForce::Joint(force) => force.add_continuous(at, v, scratch),
-                ElementForce::Tension(force) => force.add(at.t, at.q, v, 1.0, scratch),
-                ElementForce::Body(force) => force.add_continuous(at, v, scratch),
-                ElementForce::Wrench(force) => force.add_continuous(at, v, scratch),
-                ElementForce::Law(force) => force.add_continuous(at, v, scratch),
-                ElementForce::Six(force) => force.add_continuous(at, v, scratch),
+                ElementForce::Coordinates(force) => force.add(at, 1.0, scratch),
+                ElementForce::Joint(force) => force.add_continuous(at, scratch),
+                ElementForce::Tension(force) => force.add(at, 1.0, scratch),
+                ElementForce::Body(force) => force.add_continuous(at, scratch),
+                ElementForce::Wrench(force) => force.add_continuous(at, scratch),
+                ElementForce::Law(force) => force.add_continuous(at, scratch),
+                ElementForce::Six(force) => force.add_continuous(at, scratch),
             }
         }
-        stored + scratch.iter().zip(v).map(|(f, v)| f * v).sum::<f64>()
+        stored + scratch.iter().zip(at.v).map(|(f, v)| f * v).sum::<f64>()
     }
 
     /// The coordinates of the bushing of this name.

@@ -17,9 +17,9 @@ use crate::geometry::rotation_vector::RotationVector;
 use crate::pair::Twist;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 use vi_rigid::directors::{self, FRAME};
 use vi_rigid::rotation::kappa;
 
@@ -320,9 +320,9 @@ impl VelocityConstraint for Slip {
         self.direction().dot(&self.rolling.carried(&self.rolling.contact_point(at.q)))
     }
 
-    fn rate_change(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn rate_change(&self, at: Motion<'_>) -> f64 {
         let contact = self.rolling.contact(self.rolling.axis_at(at.q));
-        let moved = self.rolling.center(v) + contact.change(&self.rolling.axis_at(v));
+        let moved = self.rolling.center(at.v) + contact.change(&self.rolling.axis_at(at.v));
         self.turning().dot(&moved)
     }
 

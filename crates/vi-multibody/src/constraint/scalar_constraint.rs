@@ -20,9 +20,9 @@ use crate::pair::joint::Joint;
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::{Block, Entries, Product};
+use vi_core::{Configuration, Motion};
 
 /// `θ_ref`, `θ̇_ref` and `θ̈_ref` at time `t`.
 pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
@@ -289,9 +289,9 @@ impl ScalarRow {
 
     /// The part of the second derivative of `g` in time that is explicit in time, along `v`.
     #[must_use]
-    pub fn drift_change(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+    pub fn drift_change(&self, at: Motion<'_>) -> f64 {
         match self {
-            Self::Velocity(row) if row.is_driven() => -row.rate_change(at, v),
+            Self::Velocity(row) if row.is_driven() => -row.rate_change(at),
             _ => self.time_derivatives(at.t)[1],
         }
     }

@@ -22,9 +22,9 @@
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::geometry::form::Form;
 use crate::pair::Twist;
-use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 use vi_rigid::directors::{self, FRAME};
 
 /// Visits wrenches on frames: number of the frame, force and torque about its centre.
@@ -43,7 +43,7 @@ pub trait VelocityConstraint: Send + Sync {
     /// `b(t, q)`.
     fn rate(&self, at: Configuration<'_>) -> f64;
     /// `ḃ` along the velocity `v`.
-    fn rate_change(&self, at: Configuration<'_>, v: &[f64]) -> f64;
+    fn rate_change(&self, at: Motion<'_>) -> f64;
     /// Emits `scale ∂b/∂q` as row `row`.
     fn emit_rate_slope(&self, at: Configuration<'_>, row: usize, scale: f64, out: &mut dyn Entries);
     /// Whether `b` may be other than zero.
@@ -184,7 +184,7 @@ impl VelocityConstraint for Pace {
         0.0
     }
 
-    fn rate_change(&self, _: Configuration<'_>, _: &[f64]) -> f64 {
+    fn rate_change(&self, _: Motion<'_>) -> f64 {
         0.0
     }
 

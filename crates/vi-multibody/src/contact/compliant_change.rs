@@ -10,7 +10,7 @@ use super::compliant_contact::{CompliantContact, CompliantLaw};
 use crate::design::ForceChange;
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
-use vi_core::{Configuration, Interval, Slot};
+use vi_core::{Interval, Motion, Slot};
 
 /// The derivative of a contact: what comes to its energy and to its force.
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ impl ForceChange for CompliantChange {
     fn add(&self, s: &Interval, _of: Slot, out: &mut [f64]) {
         self.contact.add_force_change(&self.by, [&s.q_mid, &s.v_mid], 0.5 * s.h, out);
     }
-    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.contact.add_force_change(&self.by, [at.q, v], 1.0, out);
+    fn add_at_node(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.contact.add_force_change(&self.by, [at.q, at.v], 1.0, out);
     }
 }

@@ -25,6 +25,7 @@ use super::shape_contact::frame;
 use crate::force::stribeck::{Stribeck, lifted};
 use crate::pair::joint::FrameId;
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Motion;
 use vi_core::Number;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::num_dual::{Dual64, HyperDual64};
@@ -500,7 +501,7 @@ impl CompliantContact {
 
 /// What takes energy out: the damping and the friction.
 impl Force for CompliantContact {
-    fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         for (feature, _) in self.closed(q) {
             let own = self.generalized(feature, self.own(q, |_, x| x), self.rates(v, |_, x| x));
             for (k, force) in own.into_iter().enumerate() {
@@ -513,9 +514,7 @@ impl Force for CompliantContact {
 
     fn add_position_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -525,9 +524,7 @@ impl Force for CompliantContact {
 
     fn add_velocity_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -537,9 +534,7 @@ impl Force for CompliantContact {
 
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {

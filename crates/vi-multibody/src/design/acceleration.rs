@@ -109,7 +109,7 @@ impl NodeAcceleration {
         let (upper, lower) = x.split_at_mut(n);
         upper.fill(0.0);
         system.add_potential_gradient(at, -1.0, upper);
-        system.add_force(at, v, upper);
+        system.add_force(at.moving(v), upper);
         saddle.rows().gather(rows, lower);
         saddle.solve_factorized(x)?;
         a.copy_from_slice(&x[..n]);
@@ -165,7 +165,7 @@ impl NodeAcceleration {
         for (by, out) in [([1.0, 0.0], &mut *q), ([0.0, 1.0], &mut of_v[..])] {
             let into = &mut Product { v: w, out };
             let mut transposed = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
-            system.level_slopes(at, v, by, &mut transposed);
+            system.level_slopes(at.moving(v), by, &mut transposed);
         }
         let bend = |mu: &[f64], scale, of: &[f64], out: &mut [f64]| {
             mechanism.weighted_hessian(at.t, at.q, mu, scale, &mut Product { v: of, out });

@@ -208,7 +208,7 @@ impl Explicit for Acting {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
         if let Place::Gauss(..) = at {
-            self.force.add_at_node(node(s), &s.v_mid, &mut force);
+            self.force.add_at_node(node(s).moving(&s.v_mid), &mut force);
             return halves(s, &force, out);
         }
         self.force.add(s, Slot::First, &mut force);

@@ -17,12 +17,12 @@ use crate::force::bushing::{SixForce, SixSpring};
 use crate::force::law::Input;
 use crate::geometry::six_coordinates::{AttachedFrame, SixCoordinates};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3};
-use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interval::{Interval, Slot};
 use vi_core::linear::dot;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Product;
+use vi_core::{Configuration, Motion};
 use vi_rigid::directors::FRAME;
 
 /// How a frame changes: in a body along its directors, on the ground in space.
@@ -151,13 +151,13 @@ impl ForceChange for MovedSixForce {
             self.force.add_slope(s, of, by, &mut Product { v, out });
         }
     }
-    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    fn add_at_node(&self, at: Motion<'_>, out: &mut [f64]) {
         let mut f = vec![0.0; out.len()];
-        self.force.add_continuous(at, v, &mut f);
+        self.force.add_continuous(at, &mut f);
         self.frames.add_transposed(&f, 1.0, out);
-        let (dq, dv) = (self.frames.of_positions(at.q), self.frames.of_velocities(v));
-        self.force.add_position_slope(at, v, 1.0, &mut Product { v: &dq, out });
-        self.force.add_damping(at, v, 1.0, &mut Product { v: &dv, out });
+        let (dq, dv) = (self.frames.of_positions(at.q), self.frames.of_velocities(at.v));
+        self.force.add_position_slope(at, 1.0, &mut Product { v: &dq, out });
+        self.force.add_damping(at, 1.0, &mut Product { v: &dv, out });
     }
 }
 
@@ -206,11 +206,11 @@ impl ForceChange for MovedSixSpring {
             }
         }
     }
-    fn add_at_node(&self, at: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
+    fn add_at_node(&self, at: Motion<'_>, out: &mut [f64]) {
         let mut slope = vec![0.0; out.len()];
-        self.spring.add_gradient(at, -1.0, &mut slope);
+        self.spring.add_gradient(at.configuration(), -1.0, &mut slope);
         self.frames.add_transposed(&slope, 1.0, out);
         let dq = self.frames.of_positions(at.q);
-        self.spring.add_hessian(at, -1.0, &mut Product { v: &dq, out });
+        self.spring.add_hessian(at.configuration(), -1.0, &mut Product { v: &dq, out });
     }
 }

@@ -11,7 +11,7 @@ use crate::pair::DegreeOfFreedom;
 use crate::pair::constraints::PairConstraint;
 use nalgebra::Vector3;
 use vi_core::num_dual::Dual64;
-use vi_core::{Configuration, Interval};
+use vi_core::{Configuration, Interval, Motion};
 
 /// A row with its derivative.
 enum MovedRow {
@@ -239,10 +239,10 @@ impl MovedRows {
     }
 
     /// `rows += G_θ v + g_tθ`.
-    pub(super) fn add_rates(&self, at: Configuration<'_>, v: &[f64], rows: &mut [f64]) {
+    pub(super) fn add_rates(&self, at: Motion<'_>, rows: &mut [f64]) {
         for (row, moved) in &self.0 {
             rows[*row] += moved.drift(at.t);
-            moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * v[i]);
+            moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * at.v[i]);
         }
     }
 }

@@ -7,7 +7,7 @@
 //! The change of a rate acts as one of the start of the step that its end has, too.
 
 use crate::force::law::SignalStates;
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::interval::Interval;
 use vi_core::signals::Signals;
 use vi_core::sparse::Entries;
@@ -71,20 +71,20 @@ impl SignalTangent {
 
     /// `out ← out + z_θ` at the start of a motion with the velocity `v`; shape of all internal
     /// variables.
-    pub fn add_begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    pub fn add_begin(&self, at: Motion<'_>, out: &mut [f64]) {
         let (first, count) = (self.states.reading.first, self.states.count());
         let mut internal = vec![0.0; first + count];
-        self.states.begin(at, v, &mut internal[first..]);
+        self.states.begin(at, &mut internal[first..]);
         let mut own = vec![0.0; count];
-        let at = Configuration { internal: &internal, ..at };
-        self.changes.with_efforts_at_node(at, v, |efforts| {
+        let at = Motion { internal: &internal, ..at };
+        self.changes.with_efforts_at_node(at, |efforts| {
             let states = &self.states.reading.states;
             for (place, change) in states.iter().zip(&efforts[states.len()..]) {
                 own[*place] = *change;
             }
         });
         let mut change = vec![0.0; count];
-        self.states.begin_stated(at, v, &own, &mut change);
+        self.states.begin_stated(at, &own, &mut change);
         out[first..].iter_mut().zip(&change).for_each(|(out, change)| *out += change);
     }
 }

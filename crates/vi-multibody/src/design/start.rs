@@ -19,9 +19,9 @@ use super::{DesignError, MechanismTangent};
 use crate::mechanism::Mechanism;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::{Constraints, InitialValues};
-use vi_core::Configuration;
 use vi_core::linear::{Singular, SparseLu, norm_inf};
 use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::{Configuration, Motion};
 
 /// Part of the size of a row that a redundant one may be left with.
 const LEFT_OVER: f64 = 1e-8;
@@ -252,7 +252,7 @@ pub fn derivatives(
         let mut z: Vec<f64> =
             equations.coordinates.iter().map(|x| x.second(at.q, dq, at.v)).collect();
         if let Some(k) = k.checked_sub(count) {
-            moved[k].add_rates(configuration, at.v, &mut b);
+            moved[k].add_rates(configuration.moving(at.v), &mut b);
             let moved = |x: &StartCoordinate| moved_by(mechanism, &tangents[k], x, at)[1];
             z.iter_mut().zip(coordinates).for_each(|(z, x)| *z += moved(x));
         }
@@ -313,7 +313,7 @@ fn velocity_change(
 ) -> Vec<f64> {
     let mut b = vec![0.0; mechanism.len()];
     mechanism.second_derivative(at.t, at.q, dq, at.v, &mut b);
-    moved.add_rates(Configuration::new(at.t, at.q), at.v, &mut b);
+    moved.add_rates(Motion::new(at.t, at.q, at.v), &mut b);
     b
 }
 

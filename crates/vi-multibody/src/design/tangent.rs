@@ -8,12 +8,12 @@ use crate::pair::joint::{Joint, Side};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use vi_core::Configuration;
 use vi_core::force::DiscreteForce;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
+use vi_core::{Configuration, Motion};
 use vi_rigid::load::LoadChange;
 
 /// The derivatives of all numbers by one parameter; what is not listed does not change. Keys are
@@ -60,7 +60,7 @@ pub trait ForceChange: Send + Sync {
     /// `out ← out + f_d^-`, or `f_d^+`, N·s.
     fn add(&self, s: &Interval, of: Slot, out: &mut [f64]);
     /// `out ← out + f(t, q, v)`, N: the continuous force.
-    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]);
+    fn add_at_node(&self, at: Motion<'_>, out: &mut [f64]);
 }
 
 /// The change that is a force by itself.
@@ -82,8 +82,8 @@ impl ForceChange for WholeForce {
             Slot::Second => self.0.add_plus(s, out),
         }
     }
-    fn add_at_node(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.0.add_continuous(at, v, out);
+    fn add_at_node(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.0.add_continuous(at, out);
     }
 }
 

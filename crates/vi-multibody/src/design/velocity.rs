@@ -220,7 +220,7 @@ impl NodeVelocity {
             if let Some(masses) = &own.masses {
                 masses.for_each_momentum(v, |i, momentum| a[i] -= momentum);
             }
-            own.rows.add_rates(at, v, b);
+            own.rows.add_rates(at.moving(v), b);
             own.rows.for_each_force(at.q, mu, |i, force| a[i] -= force);
             if let Some(changed) = own.added(at, added.as_ref().map(|own| own.h), v) {
                 a.iter_mut().zip(&changed).for_each(|(a, by)| *a -= by);
@@ -345,7 +345,7 @@ impl NodeVelocity {
         }
         rows.for_each_force(at.q, mu, |i, force| sum -= w[i] * force);
         b.fill(0.0);
-        rows.add_rates(at, v, b);
+        rows.add_rates(at.moving(v), b);
         sum - dot(nu, b)
     }
 }

@@ -15,11 +15,11 @@ use crate::force::law::evaluation::Work;
 use crate::force::law::{Input, Law, Reading};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
 use nalgebra::DMatrix;
-use vi_core::Configuration;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::{DiscretePotential, Potential};
 use vi_core::sparse::{Entries, Product};
+use vi_core::{Configuration, Motion};
 
 /// `τ = preload − K ξ − C ξ̇` with any constant matrices.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,34 +87,28 @@ impl SixForce {
 
     /// `τ` at a node.
     #[must_use]
-    pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> Vector6 {
-        self.reading.with_values_at_node(at, v, |work| Vector6::from_column_slice(work.efforts()))
+    pub fn efforts(&self, at: Motion<'_>) -> Vector6 {
+        self.reading.with_values_at_node(at, |work| Vector6::from_column_slice(work.efforts()))
     }
 
     /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v`, both of shape `n`, and
     /// `of_z ← of_z + Σ w_i ∂τ_i/∂z` at a node.
-    pub fn add_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        w: &Vector6,
-        [q, of_v, of_z]: [&mut [f64]; 3],
-    ) {
-        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+    pub fn add_slopes(&self, at: Motion<'_>, w: &Vector6, [q, of_v, of_z]: [&mut [f64]; 3]) {
+        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
             of_z[variable] += w.iter().zip(slopes).map(|(w, slope)| w * slope).sum::<f64>();
         });
-        self.reading.with_slopes_at_node(at, v, |work| {
+        self.reading.with_slopes_at_node(at, |work| {
             let [by_coordinates, by_rates] = self.own_slopes(work).map(|own| own.tr_mul(w));
             self.coordinates.add_gradient(at.q, &by_coordinates, q);
             self.coordinates.add_gradient(at.q, &by_rates, of_v);
-            let turning = self.coordinates.rate_slopes(at.q, v);
+            let turning = self.coordinates.rate_slopes(at.q, at.v);
             for (offset, row) in self.coordinates.along(&turning, &by_rates) {
                 let Some(offset) = offset else { continue };
                 (0..row.len()).for_each(|i| q[offset + i] += row[i]);
             }
             self.reading.add_slopes(
                 at.q,
-                v,
+                at.v,
                 |j| (0..6).map(|i| w[i] * work.slope(i, j)).sum(),
                 [q, of_v],
             );
@@ -180,13 +174,12 @@ impl SixForce {
 
     fn emit_position_slopes(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         (rates, far): (bool, &[f64]),
         out: &mut dyn Entries,
     ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+        self.reading.with_slopes_at_node(at, |work| {
             let [by_coordinates, by_rates] = self.own_slopes(work);
             let efforts = Vector6::from_column_slice(work.efforts());
             let gradients = self.coordinates.gradients(at.q);
@@ -194,7 +187,7 @@ impl SixForce {
             self.coordinates.emit_product(&gradients, &stiffness, &gradients, out);
             self.coordinates.emit_second(at.q, &(scale * efforts), out);
             if rates {
-                let turning = self.coordinates.rate_slopes(at.q, v);
+                let turning = self.coordinates.rate_slopes(at.q, at.v);
                 self.coordinates.emit_product(&gradients, &(scale * by_rates), &turning, out);
             }
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
@@ -313,14 +306,13 @@ impl SixForce {
     /// states.
     pub fn add_effort_bends(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         effort: (usize, f64),
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
-            let (place, reads) = ([at.q, v], self.reads());
+        self.reading.with_slopes_at_node(at, |work| {
+            let (place, reads) = ([at.q, at.v], self.reads());
             self.reading.with_bends(work, |law| law.add(&reads, place, effort, changes, out));
         });
     }
@@ -384,17 +376,10 @@ impl DiscreteForce for SixForce {
         (!self.reading.remembers()).then_some(self as _)
     }
 
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, |work| {
             let own = (&self.reads(), &self.coordinates as _);
-            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, v, z], by, out));
+            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, at.v, z], by, out));
         });
     }
 
@@ -420,61 +405,48 @@ impl DiscreteForce for SixForce {
 
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        self.reading.with_time_slopes(at, v, scale, |efforts| {
+        self.reading.with_time_slopes(at, scale, |efforts| {
             let efforts = Vector6::from_column_slice(efforts);
             self.coordinates.add_gradient(at.q, &efforts, out);
         })
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.coordinates.add_gradient(at.q, &self.efforts(at, v), out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.coordinates.add_gradient(at.q, &self.efforts(at), out);
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let far = seen_velocity(self.is_seen_from_ground(), v);
-        self.emit_position_slopes(at, v, scale, (self.coordinates.is_on_ground(), &far), out);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        let far = seen_velocity(self.is_seen_from_ground(), at.v);
+        self.emit_position_slopes(at, scale, (self.coordinates.is_on_ground(), &far), out);
     }
 
     fn acts_from_ground(&self) -> bool {
         self.is_seen_from_ground()
     }
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.emit_position_slopes(at, v, scale, (true, v), out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.emit_position_slopes(at, scale, (true, at.v), out);
     }
 
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, |work| {
             let [_, by_rates] = self.own_slopes(work);
             let gradients = self.coordinates.gradients(at.q);
             self.coordinates.emit_product(&gradients, &(scale * by_rates), &gradients, out);
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-                input.for_each_slope_by_velocity(at.q, v, visit);
+                input.for_each_slope_by_velocity(at.q, at.v, visit);
             };
             self.emit_far(&gradients, scale, work, each, out);
         });
     }
 
-    fn add_state_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
+    fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(at.q);
-        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
             self.emit_along(&gradients, (scale, slopes), variable, out);
         });
     }
@@ -486,31 +458,27 @@ impl DiscreteForce for SixForce {
 
 /// The continuous force; at averaged directors, as energy–momentum schemes take it, of order 2.
 impl Force for SixForce {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        let efforts = self.efforts(Configuration::new(t, q), v);
+    fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
+        let efforts = self.efforts(Motion::new(t, q, v));
         self.coordinates.add_gradient(q, &(scale * efforts), out);
     }
 
     fn add_position_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.emit_position_slopes(Configuration::new(t, q), v, scale, (true, v), out);
+        self.emit_position_slopes(Motion::new(t, q, v), scale, (true, v), out);
     }
 
     fn add_velocity_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.add_damping(Configuration::new(t, q), v, scale, out);
+        self.add_damping(Motion::new(t, q, v), scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {

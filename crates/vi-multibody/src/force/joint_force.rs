@@ -16,13 +16,13 @@ use super::law::Input;
 use crate::constraint::joint_coordinate::{Change, JointCoordinate};
 use nalgebra::DMatrix;
 use std::sync::Arc;
-use vi_core::Configuration;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce, StepEffort};
 pub use vi_core::coordinate_force::{EffortBends, EffortSlopes};
 use vi_core::force::{DiscreteForce, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 
 /// `½ k (θ − θ_0)²` on a joint coordinate.
 ///
@@ -352,13 +352,13 @@ impl<L: JointLaw> JointForce<L> {
     /// `q ← q + scale ∂²τ/∂q∂(q, v)` times `changes` of both, `of_v` likewise, at a node.
     pub fn add_effort_bends(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let (coordinate, rate) =
+            (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
         let EffortSlopes { by_coordinate, by_rate } = slopes;
         let slopes = DMatrix::from_row_slice(1, 2, &[by_coordinate, by_rate]);
@@ -368,22 +368,22 @@ impl<L: JointLaw> JointForce<L> {
             [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
         let (values, efforts) = (&[coordinate, rate], &[effort]);
         let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
-        law.add(&reads[..], [at.q, v], (0, scale), changes, out);
+        law.add(&reads[..], [at.q, at.v], (0, scale), changes, out);
     }
 
     /// Emits `scale ∂f/∂q`, with that of the rate or without.
     fn emit_position_slopes(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         (scale, with_rate): (f64, bool),
         out: &mut dyn Entries,
     ) {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let (coordinate, rate) =
+            (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
         let by_rate = if with_rate { scale * slopes.by_rate } else { 0.0 };
         let slopes = EffortSlopes { by_coordinate: scale * slopes.by_coordinate, by_rate };
-        self.coordinate.emit_effort_slopes((at.q, v), scale * effort, slopes, out);
+        self.coordinate.emit_effort_slopes((at.q, at.v), scale * effort, slopes, out);
     }
 }
 
@@ -419,18 +419,12 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     fn length_bends(&self) -> Option<&dyn LengthBends> {
         Some(self)
     }
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        let (coordinate, rate) =
+            (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
         let bends = self.law.bends(at.t, coordinate, rate);
-        self.coordinate.emit_effort_bends([at.q, v, z], (effort, slopes, bends), by, out);
+        self.coordinate.emit_effort_bends([at.q, at.v, z], (effort, slopes, bends), by, out);
     }
     fn add_step_slope(
         &self,
@@ -451,19 +445,19 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
     }
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+        let (coordinate, rate) =
+            (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let slope = self.law.by_time(at.t, coordinate, rate).ok_or(NoTimeSlope)?;
         self.coordinate.add_gradient(at.q, scale * slope, out);
         Ok(())
     }
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        let rate = self.coordinate.rate(at.q, v);
-        let effort = self.law.effort(at.t, self.coordinate.at(at), rate);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        let rate = self.coordinate.rate(at.q, at.v);
+        let effort = self.law.effort(at.t, self.coordinate.at(at.configuration()), rate);
         self.coordinate.add_gradient(at.q, effort, out);
     }
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
@@ -471,25 +465,13 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
             self.coordinate.change_and_rates(s, &s.v_mid);
         0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, v, (scale, self.acts_from_ground()), out);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.emit_position_slopes(at, (scale, self.acts_from_ground()), out);
     }
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.emit_position_slopes(at, v, (scale, true), out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.emit_position_slopes(at, (scale, true), out);
     }
-    fn add_gauss_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        [by_q, by_v]: [f64; 2],
-        out: &mut dyn Entries,
-    ) {
+    fn add_gauss_slopes(&self, at: Motion<'_>, [by_q, by_v]: [f64; 2], out: &mut dyn Entries) {
         if self.law.is_given() {
             if by_q != 0.0 {
                 let (effort, none) = (self.law.effort(at.t, 0.0, 0.0), EffortSlopes::default());
@@ -498,20 +480,21 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
             return;
         }
         if by_q != 0.0 {
-            self.emit_position_slopes(at, v, (by_q, true), out);
+            self.emit_position_slopes(at, (by_q, true), out);
         }
         if by_v != 0.0 {
-            self.add_damping(at, v, by_v, out);
+            self.add_damping(at, by_v, out);
         }
     }
     fn acts_from_ground(&self) -> bool {
         self.coordinate.is_length_from_ground()
     }
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let (coordinate, rate) = (self.coordinate.at(at), self.coordinate.rate(at.q, v));
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        let (coordinate, rate) =
+            (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let by_coordinate = scale * self.law.slopes(at.t, coordinate, rate).by_rate;
         let slopes = EffortSlopes { by_coordinate, by_rate: 0.0 };
-        self.coordinate.emit_effort_slopes((at.q, v), 0.0, slopes, out);
+        self.coordinate.emit_effort_slopes((at.q, at.v), 0.0, slopes, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()

@@ -5,6 +5,7 @@
 //! ```
 
 use nalgebra::Vector3;
+use vi_core::Motion;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 use vi_rigid::time_history::TimeHistory;
@@ -23,34 +24,16 @@ pub struct ParticleLoad {
 }
 
 impl Force for ParticleLoad {
-    fn add(&self, t: f64, _q: &[f64], _v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { t, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         let scale = scale * self.history.value(t);
         let own = &mut out[self.offset..self.offset + self.dimension];
         own.iter_mut().zip(&self.force).for_each(|(out, f)| *out += scale * f);
     }
-    fn add_position_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
-    fn add_velocity_derivative(
-        &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _scale: f64,
-        _out: &mut dyn Entries,
-    ) {
-    }
+    fn add_position_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
+    fn add_velocity_derivative(&self, _at: Motion<'_>, _scale: f64, _out: &mut dyn Entries) {}
     fn add_time_derivative(
         &self,
-        t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        Motion { t, .. }: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {

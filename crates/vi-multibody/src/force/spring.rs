@@ -12,6 +12,7 @@
 use crate::geometry::form::Form;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use vi_core::Motion;
 use vi_core::Number;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::num_dual::{Dual64, DualNum};
@@ -191,17 +192,15 @@ impl Damper {
 }
 
 impl Force for Damper {
-    fn add(&self, _t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         self.between.add_transposed(&(scale * self.force(q, v)), out);
     }
-    fn power(&self, _t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+    fn power(&self, Motion { q, v, .. }: Motion<'_>, _scratch: &mut [f64]) -> f64 {
         self.force(q, v).dot(&self.between.rate(v))
     }
     fn add_position_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -209,9 +208,7 @@ impl Force for Damper {
     }
     fn add_velocity_derivative(
         &self,
-        _t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -219,8 +216,7 @@ impl Force for Damper {
     }
     fn add_bend(
         &self,
-        _t: f64,
-        [q, v]: [&[f64]; 2],
+        Motion { q, v, .. }: Motion<'_>,
         z: &[f64],
         by: [f64; 4],
         out: &mut dyn Entries,
@@ -236,9 +232,7 @@ impl Force for Damper {
     }
     fn add_time_derivative(
         &self,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: Motion<'_>,
         _scale: f64,
         _out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
@@ -333,13 +327,17 @@ mod tests {
             let mut by = [0.0; 4];
             by[part] = 1.0;
             let mut found = DMatrix::zeros(15, 15);
-            damper.add_bend(0.0, [&q, &v], &z, by, &mut found);
+            damper.add_bend(Motion::new(0.0, &q, &v), &z, by, &mut found);
             for j in 0..15 {
                 let slope = |q: &[f64], v: &[f64]| {
                     let mut first = DMatrix::zeros(15, 15);
                     match by_v[1] {
-                        false => damper.add_position_derivative(0.0, q, v, 1.0, &mut first),
-                        true => damper.add_velocity_derivative(0.0, q, v, 1.0, &mut first),
+                        false => {
+                            damper.add_position_derivative(Motion::new(0.0, q, v), 1.0, &mut first)
+                        }
+                        true => {
+                            damper.add_velocity_derivative(Motion::new(0.0, q, v), 1.0, &mut first)
+                        }
                     }
                     first.column(j).iter().zip(&z).map(|(f, z)| f * z).sum::<f64>()
                 };
@@ -359,12 +357,12 @@ mod tests {
         let v: Vec<f64> = (0..15).map(|i| 0.1 * f64::from(i) - 0.5).collect();
         let force = |q: &[f64], v: &[f64]| {
             let mut out = vec![0.0; 15];
-            damper.add(0.0, q, v, 1.0, &mut out);
+            damper.add(Motion::new(0.0, q, v), 1.0, &mut out);
             out
         };
         let (mut by_q, mut by_v) = (DMatrix::zeros(15, 15), DMatrix::zeros(15, 15));
-        damper.add_position_derivative(0.0, &q, &v, 1.0, &mut by_q);
-        damper.add_velocity_derivative(0.0, &q, &v, 1.0, &mut by_v);
+        damper.add_position_derivative(Motion::new(0.0, &q, &v), 1.0, &mut by_q);
+        damper.add_velocity_derivative(Motion::new(0.0, &q, &v), 1.0, &mut by_v);
         for i in 0..15 {
             let shift = |x: &[f64], by: f64| {
                 let mut x = x.to_vec();

@@ -13,6 +13,7 @@ use super::law::{Input, Target};
 use crate::geometry::form::Form;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::sync::Arc;
+use vi_core::Motion;
 use vi_core::force::{Force, NoTimeSlope};
 use vi_core::sparse::Entries;
 
@@ -97,22 +98,20 @@ impl Tension {
 }
 
 impl Force for Tension {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         let Line { length, along, rate, .. } = self.line(q, v);
         let tension = self.law.effort(t, length, rate);
         self.between.add_transposed(&(-scale * tension * along), out);
     }
 
-    fn power(&self, t: f64, q: &[f64], v: &[f64], _scratch: &mut [f64]) -> f64 {
+    fn power(&self, Motion { t, q, v, .. }: Motion<'_>, _scratch: &mut [f64]) -> f64 {
         let [tension, rate] = self.tension_and_rate(t, q, v);
         -tension * rate
     }
 
     fn add_time_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
@@ -124,9 +123,7 @@ impl Force for Tension {
 
     fn add_position_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -142,9 +139,7 @@ impl Force for Tension {
 
     fn add_velocity_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -155,8 +150,7 @@ impl Force for Tension {
 
     fn add_bend(
         &self,
-        t: f64,
-        [q, v]: [&[f64]; 2],
+        Motion { t, q, v, .. }: Motion<'_>,
         z: &[f64],
         by: [f64; 4],
         out: &mut dyn Entries,
@@ -201,12 +195,12 @@ mod tests {
         let (t, e) = (0.4, 1e-6);
         let value = |q: &[f64], v: &[f64]| {
             let mut out = vec![0.0; 15];
-            force.add(t, q, v, 1.0, &mut out);
+            force.add(Motion::new(t, q, v), 1.0, &mut out);
             out
         };
         let (mut by_q, mut by_v) = (DMatrix::zeros(15, 15), DMatrix::zeros(15, 15));
-        force.add_position_derivative(t, &q, &v, 1.0, &mut by_q);
-        force.add_velocity_derivative(t, &q, &v, 1.0, &mut by_v);
+        force.add_position_derivative(Motion::new(t, &q, &v), 1.0, &mut by_q);
+        force.add_velocity_derivative(Motion::new(t, &q, &v), 1.0, &mut by_v);
         let shift = |x: &[f64], i: usize, by: f64| {
             let mut x = x.to_vec();
             x[i] += by;
@@ -224,6 +218,6 @@ mod tests {
         println!("largest error of a derivative: {worst:.1e}");
         assert!(worst < 1e-7);
         let power: f64 = value(&q, &v).iter().zip(&v).map(|(f, v)| f * v).sum();
-        assert!((power - force.power(t, &q, &v, &mut [0.0; 15])).abs() < 1e-13);
+        assert!((power - force.power(Motion::new(t, &q, &v), &mut [0.0; 15])).abs() < 1e-13);
     }
 }

@@ -20,7 +20,7 @@ use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use std::sync::Arc;
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::sparse::Entries;
@@ -239,7 +239,7 @@ impl WrenchForce {
 
 /// The continuous force; at averaged directors, as energy–momentum schemes take it, of order 2.
 impl Force for WrenchForce {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
+    fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         let (own, rate) = (self.on.own(q), self.on.own(v));
         let wrench = self.law.evaluate(&self.at_node(t, &own, &rate));
         self.on.add_wrench(scale, self.on.spatial(wrench, &own), &own, out);
@@ -247,9 +247,7 @@ impl Force for WrenchForce {
 
     fn add_position_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -264,9 +262,7 @@ impl Force for WrenchForce {
 
     fn add_velocity_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
@@ -328,16 +324,9 @@ impl DiscreteForce for WrenchForce {
         Some(self)
     }
 
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        let y = self.at_node(at.t, &self.on.own(at.q), &self.on.own(v));
-        self.with_bends(&y, |own, law| law.emit_at_node(own, [at.q, v, z], by, out));
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        let y = self.at_node(at.t, &self.on.own(at.q), &self.on.own(at.v));
+        self.with_bends(&y, |own, law| law.emit_at_node(own, [at.q, at.v, z], by, out));
     }
 
     fn add_step_slope(
@@ -360,43 +349,36 @@ impl DiscreteForce for WrenchForce {
 
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         let own = self.on.own(at.q);
-        let (y, mut slopes) = (self.at_node(at.t, &own, &self.on.own(v)), WrenchSlopes::zeros());
+        let (y, mut slopes) = (self.at_node(at.t, &own, &self.on.own(at.v)), WrenchSlopes::zeros());
         self.law.gradient(&y, &mut slopes);
         let by_time: [f64; 6] = slopes.column(0).into_owned().data.0[0];
         self.on.add_wrench(scale, self.on.spatial(by_time, &own), &own, out);
         Ok(())
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.add(at.t, at.q, v, 1.0, out);
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.add(at, 1.0, out);
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.add_position_slope(at, v, scale, out);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_position_slope(at, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {
         true
     }
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.add_position_derivative(at.t, at.q, v, scale, out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_position_derivative(at, scale, out);
     }
 
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.add_velocity_derivative(at.t, at.q, v, scale, out);
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.add_velocity_derivative(at, scale, out);
     }
 
     fn is_dissipative(&self) -> bool {
@@ -494,12 +476,12 @@ mod tests {
             }
             let value = |q: &[f64], v: &[f64]| {
                 let mut out = vec![0.0; 12];
-                force.add(0.4, q, v, 1.0, &mut out);
+                force.add(Motion::new(0.4, q, v), 1.0, &mut out);
                 out
             };
             let [mut by_q, mut by_v] = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
-            force.add_position_derivative(0.4, &q0, &v, 1.0, &mut by_q);
-            force.add_velocity_derivative(0.4, &q0, &v, 1.0, &mut by_v);
+            force.add_position_derivative(Motion::new(0.4, &q0, &v), 1.0, &mut by_q);
+            force.add_velocity_derivative(Motion::new(0.4, &q0, &v), 1.0, &mut by_v);
             let errors = [
                 (by_q - differences(n, &q0, |q| value(q, &v))).amax(),
                 (by_v - differences(n, &v, |v| value(&q0, v))).amax(),

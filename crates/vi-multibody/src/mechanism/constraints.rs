@@ -6,10 +6,10 @@ use crate::pair::residual::{add_rates, residuals};
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_constraints::null_space::RANK_TOLERANCE;
-use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::newton::Block;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 use vi_rigid::directors::{self, FRAME};
 
 impl Mechanism {
@@ -127,7 +127,7 @@ impl Constraints for Mechanism {
         self.second_derivative(t, q, v, v, out);
         let first = 6 * self.description.bodies.len();
         for (row, g) in self.rows.iter().zip(&mut out[first..]) {
-            *g += row.drift_change(Configuration::new(t, q), v);
+            *g += row.drift_change(Motion::new(t, q, v));
         }
     }
 

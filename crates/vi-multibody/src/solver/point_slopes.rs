@@ -99,7 +99,7 @@ impl PointSlopes {
     ) -> Option<Self> {
         let entries = PARTS.map(|by| {
             let mut list = List(Vec::new());
-            system.gauss_slopes(start.start(), &start.v_mid, by, &mut list);
+            system.gauss_slopes(start.start().moving(&start.v_mid), by, &mut list);
             list.0
         });
         let mut places = BTreeMap::new();
@@ -137,7 +137,7 @@ impl PointSlopes {
             for ((slots, values), by) in slots.iter().zip(values).zip(PARTS) {
                 values.fill(0.0);
                 let mut refill = Refill { slots: slots.iter(), values };
-                system.gauss_slopes(at, &node.v, by, &mut refill);
+                system.gauss_slopes(at.moving(&node.v), by, &mut refill);
             }
         }
     }

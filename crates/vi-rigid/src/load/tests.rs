@@ -80,7 +80,7 @@ fn a_follower_has_fixed_body_components() {
     }
     let mut continuous = vec![0.0; 24];
     let both = [q, q].concat();
-    load.add_continuous(Configuration::new(0.5, &both), &[], &mut continuous);
+    load.add_continuous(Motion::new(0.5, &both, &[]), &mut continuous);
     let pulled = pull_back(&q, &continuous[12..]);
     let moment = tau + arm(&load, &q).cross(&f);
     let error = norm_inf((pulled.fixed_rows::<3>(3) - moment).as_slice());
@@ -129,12 +129,12 @@ fn the_stiffness_at_rest_matches_central_differences() {
         let (load, q) = (load(&mut sample, kind), sample.frame());
         let force = |q: &[f64]| {
             let mut out = vec![0.0; 24];
-            load.add_continuous(Configuration::new(0.7, q), &[0.0; 24], &mut out);
+            load.add_continuous(Motion::new(0.7, q, &[0.0; 24]), &mut out);
             out
         };
         let q = [q, q].concat();
         let mut exact = DMatrix::zeros(24, 24);
-        load.add_stiffness(Configuration::new(0.7, &q), &[], 1.0, &mut exact);
+        load.add_stiffness(Motion::new(0.7, &q, &[]), 1.0, &mut exact);
         for j in 0..24 {
             let (mut plus, mut minus) = (q.clone(), q.clone());
             (plus[j], minus[j]) = (q[j] + 1e-3, q[j] - 1e-3); // quadratic in q

@@ -183,7 +183,7 @@ impl EquilibriumEquations {
         if let Some(field) = &self.rotation {
             field.velocity(q, &mut self.v);
         }
-        self.system.net_force(at, &self.v, &mut self.force);
+        self.system.net_force(at.moving(&self.v), &mut self.force);
         if let Some(field) = &self.rotation {
             field.add_inertia(self.system.mass(), &self.v, &mut self.force); // [6.28]
         }
@@ -205,8 +205,8 @@ impl EquilibriumEquations {
         let step = 1e-4 * t.abs().max(1.0);
         let (mut after, mut before) = (vec![0.0; n], vec![0.0; n]);
         let end = self.s.end();
-        self.system.net_force(Configuration { t: t + step, ..end }, &self.v, &mut after);
-        self.system.net_force(Configuration { t: t - step, ..end }, &self.v, &mut before);
+        self.system.net_force(Configuration { t: t + step, ..end }.moving(&self.v), &mut after);
+        self.system.net_force(Configuration { t: t - step, ..end }.moving(&self.v), &mut before);
         after.iter_mut().zip(&before).for_each(|(a, b)| *a = (*a - b) / (2.0 * step));
         let d = self.unknowns();
         let (balance, closure) = out.split_at_mut(d);
@@ -241,13 +241,13 @@ impl EquilibriumEquations {
     /// `∇²V − ∂f/∂q + M W² − ∂f/∂v W + Σ μ_i D²g_i` at the point last evaluated.
     fn emit_stiffness(&self, out: &mut dyn Entries) {
         match &self.tangent_stresses {
-            Some(nu) => self.system.stressed_stiffness(self.here(), &self.v, nu, out),
-            None => self.system.stiffness(self.here(), &self.v, out),
+            Some(nu) => self.system.stressed_stiffness(self.here().moving(&self.v), nu, out),
+            None => self.system.stiffness(self.here().moving(&self.v), out),
         }
         if let Some(field) = &self.rotation {
             field.emit_stiffness(self.system.mass(), out);
             let dampers = |out: &mut dyn Entries| {
-                self.system.damping_to_ground(self.here(), &self.v, out);
+                self.system.damping_to_ground(self.here().moving(&self.v), out);
             };
             field.emit_circulation(&dampers, out);
         }
@@ -376,7 +376,7 @@ impl EquilibriumEquations {
 
     /// `2 M W − ∂f/∂v` at the point last evaluated.
     fn emit_velocity_matrix(&self, out: &mut dyn Entries) {
-        self.system.damping(self.here(), &self.v, out);
+        self.system.damping(self.here().moving(&self.v), out);
         if let Some(field) = &self.rotation {
             field.emit_gyroscopic(self.system.mass(), out);
         }
@@ -504,7 +504,7 @@ impl EquilibriumEquations {
                 let moved = self.v.iter().zip(&change);
                 let v: Vec<f64> = moved.map(|(v, x)| v + part * step * x).collect();
                 let mut f = vec![0.0; n];
-                self.system.add_force(Configuration { q: &q, ..at }, &v, &mut f);
+                self.system.add_force(Configuration { q: &q, ..at }.moving(&v), &mut f);
                 for (slope, f) in slopes.column_mut(j).iter_mut().zip(&f) {
                     *slope -= weight * f / (12.0 * step);
                 }

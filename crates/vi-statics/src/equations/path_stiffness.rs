@@ -51,7 +51,7 @@ impl EquilibriumEquations {
         let mut force = vec![0.0; dq.len()]; // w'
         let mut own = vec![0.0; dq.len()];
         for (at, scale) in ends {
-            self.system.net_force_beside_strains(at, &self.v, &mut own);
+            self.system.net_force_beside_strains(at.moving(&self.v), &mut own);
             force.iter_mut().zip(&own).for_each(|(sum, f)| *sum += scale * f);
         }
         self.add_stress_force(&sigma, &mut force);
@@ -71,7 +71,7 @@ impl EquilibriumEquations {
             self.mechanism.weighted_hessian(self.t, &self.s.q1, &multipliers, 1.0, out);
             for (at, scale) in ends {
                 let mut part = Block { into: out, row: 0, column: 0, scale, transposed: false };
-                self.system.stiffness_beside_strains(at, &self.v, &mut part);
+                self.system.stiffness_beside_strains(at.moving(&self.v), &mut part);
             }
         };
         Ok(self.frame_matrix(&emit, &spin))

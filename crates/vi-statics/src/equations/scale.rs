@@ -51,7 +51,7 @@ impl EquilibriumEquations {
     pub(crate) fn force_scale(&mut self) -> f64 {
         let (at, n) = (self.here(), self.s.dim());
         let mut out = vec![0.0; n];
-        self.system.add_force(at, &self.v, &mut out);
+        self.system.add_force(at.moving(&self.v), &mut out);
         let applied = norm_inf(&out);
         out.fill(0.0);
         self.system.add_potential_gradient(at, 1.0, &mut out);

@@ -7,7 +7,7 @@ use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrizat
 use holonom::vi_core::force::{DiscreteForce, NoTimeSlope};
 use holonom::vi_core::newton::{Block, Fault};
 use holonom::vi_core::{
-    Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem,
+    Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Motion,
     SeparableSystem, Slot, SparseMatrix, StepChange,
 };
 use holonom::vi_multibody::tree_map::TreeMap;
@@ -56,8 +56,8 @@ impl MechanicalSystem for WrongSign {
     fn add_potential_gradient(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.inner.add_potential_gradient(at, scale, out);
     }
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.inner.add_force(at, v, out);
+    fn add_force(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.inner.add_force(at, out);
     }
 }
 
@@ -135,30 +135,17 @@ impl DiscreteForce for AtTheStart {
     ) -> Result<(), NoTimeSlope> {
         Err(NoTimeSlope)
     }
-    fn add_time_slope(
-        &self,
-        _: Configuration<'_>,
-        _v: &[f64],
-        _scale: f64,
-        _: &mut [f64],
-    ) -> Result<(), NoTimeSlope> {
+    fn add_time_slope(&self, _: Motion<'_>, _scale: f64, _: &mut [f64]) -> Result<(), NoTimeSlope> {
         Err(NoTimeSlope)
     }
-    fn add_continuous(&self, _: Configuration<'_>, _v: &[f64], out: &mut [f64]) {
+    fn add_continuous(&self, _: Motion<'_>, out: &mut [f64]) {
         if self.declared {
             out.iter_mut().zip(&self.w).for_each(|(o, f)| *o += f);
         }
     }
-    fn add_stiffness(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
-    fn add_position_slope(
-        &self,
-        _: Configuration<'_>,
-        _v: &[f64],
-        _scale: f64,
-        _: &mut dyn Entries,
-    ) {
-    }
-    fn add_damping(&self, _: Configuration<'_>, _v: &[f64], _scale: f64, _: &mut dyn Entries) {}
+    fn add_stiffness(&self, _: Motion<'_>, _scale: f64, _: &mut dyn Entries) {}
+    fn add_position_slope(&self, _: Motion<'_>, _scale: f64, _: &mut dyn Entries) {}
+    fn add_damping(&self, _: Motion<'_>, _scale: f64, _: &mut dyn Entries) {}
     fn is_dissipative(&self) -> bool {
         false
     }

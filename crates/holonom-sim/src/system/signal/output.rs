@@ -2,7 +2,7 @@
 
 use super::network::{Network, Source};
 use std::sync::Arc;
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_multibody::law::{Input, SignalStates};
 
 /// A number of a signal.
@@ -66,23 +66,17 @@ impl SignalGauge {
     }
 
     /// The value of a number at a node as [`SignalGauge::read`] finds it.
-    pub(crate) fn value(&self, source: Source, at: Configuration<'_>, v: &[f64]) -> f64 {
+    pub(crate) fn value(&self, source: Source, at: Motion<'_>) -> f64 {
         let (reading, mut value) = (&self.states.reading, f64::NAN);
         let Some(z) = at.internal.get(..reading.states.len()) else { return value };
-        reading.read_inputs(at, v, at.internal, |y| value = self.own.network.value(source, y, z));
+        reading.read_inputs(at, at.internal, |y| value = self.own.network.value(source, y, z));
         value
     }
 
     /// How its slopes by what signals read change where that changes by `along`; without states.
-    pub(crate) fn bend(
-        &self,
-        source: Source,
-        at: Configuration<'_>,
-        v: &[f64],
-        along: &[f64],
-    ) -> Vec<f64> {
+    pub(crate) fn bend(&self, source: Source, at: Motion<'_>, along: &[f64]) -> Vec<f64> {
         let mut bend = vec![0.0; along.len()];
-        self.states.reading.read_inputs(at, v, at.internal, |y| {
+        self.states.reading.read_inputs(at, at.internal, |y| {
             let weight = std::iter::once((source, 1.0));
             self.own.network.bend_of(weight, [y, along], &mut bend);
         });
@@ -90,10 +84,10 @@ impl SignalGauge {
     }
 
     /// Its slopes there: by what signals read, then by their states.
-    pub(crate) fn slopes(&self, source: Source, at: Configuration<'_>, v: &[f64]) -> Vec<f64> {
+    pub(crate) fn slopes(&self, source: Source, at: Motion<'_>) -> Vec<f64> {
         let (reading, mut row) = (&self.states.reading, Vec::new());
         let Some(z) = at.internal.get(..reading.states.len()) else { return row };
-        reading.read_inputs(at, v, at.internal, |y| row = self.own.network.row(source, y, z));
+        reading.read_inputs(at, at.internal, |y| row = self.own.network.row(source, y, z));
         row
     }
 
@@ -104,16 +98,16 @@ impl SignalGauge {
 
     /// Appends all numbers at a node with the velocity `v`; `at` has the internal variables of
     /// signals alone.
-    pub(crate) fn read(&self, at: Configuration<'_>, v: &[f64], out: &mut Vec<f64>) {
+    pub(crate) fn read(&self, at: Motion<'_>, out: &mut Vec<f64>) {
         let mut rest = Vec::new();
         let held = match at.internal {
             [] => {
-                self.states.rest(at, v, &mut rest);
+                self.states.rest(at, &mut rest);
                 &rest[..]
             }
             listed => listed,
         };
-        self.states.reading.read_inputs(at, v, held, |y| {
+        self.states.reading.read_inputs(at, held, |y| {
             let z = &held[..self.states.reading.states.len()];
             out.extend(self.own.parts.iter().map(|part| self.own.network.value(part.source, y, z)));
         });

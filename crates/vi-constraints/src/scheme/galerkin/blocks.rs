@@ -135,8 +135,8 @@ impl Blocks {
         states.clear();
         for (node, by_state) in points.gauss().iter().zip(by_state) {
             let at = node.place(s);
-            if let Some(rates) = system.state_rates(at, &node.v) {
-                let emit = |out: &mut dyn Entries| system.state_slopes(at, &node.v, out);
+            if let Some(rates) = system.state_rates(at.moving(&node.v)) {
+                let emit = |out: &mut dyn Entries| system.state_slopes(at.moving(&node.v), out);
                 SparseMatrix::update(by_state, (n, internal), emit);
                 states.push(rates);
             }

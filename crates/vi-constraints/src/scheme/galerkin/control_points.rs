@@ -222,7 +222,7 @@ impl ControlPoints {
         system.collocate(s, constants, gauss, internal);
         for (node, force) in gauss.iter().zip(forces) {
             force.fill(0.0);
-            system.add_gauss_force(node.place(s), &node.v, force);
+            system.add_gauss_force(node.place(s).moving(&node.v), force);
         }
         if let Some(strains) = system.interpolation() {
             impulses.resize_with(points.len() + 1, || vec![0.0; system.dim()]);

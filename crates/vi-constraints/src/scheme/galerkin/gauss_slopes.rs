@@ -39,7 +39,7 @@ impl GaussSlopes {
         for (node, slopes) in points.gauss().iter().zip(&mut self.0) {
             for (slopes, by) in slopes.iter_mut().zip([[1.0, 0.0], [0.0, 1.0]]) {
                 let emit = |out: &mut dyn Entries| {
-                    system.gauss_slopes(node.place(s), &node.v, by, out);
+                    system.gauss_slopes(node.place(s).moving(&node.v), by, out);
                     beside(node, by, out);
                 };
                 SparseMatrix::update(slopes, (n, n), emit);

@@ -7,7 +7,7 @@ use crate::discretization::Step;
 use crate::linearization::{LinearizationError, Tangent};
 use crate::saddle_point::IndependentRows;
 use crate::tangent_map::{TangentError, Tangents};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::galerkin::Stages;
 use vi_core::linear::Singular;
@@ -43,7 +43,7 @@ impl GalerkinTangent {
     ) -> Result<(), TangentError> {
         let mut force = vec![0.0; system.dim()];
         for node in taken.gauss {
-            system.add_force(Configuration::new(node.t, &node.q), &node.v, &mut force);
+            system.add_force(Motion::new(node.t, &node.q, &node.v), &mut force);
         }
         if force.iter().any(|f| *f != 0.0) {
             return Err(TangentError::Forced);

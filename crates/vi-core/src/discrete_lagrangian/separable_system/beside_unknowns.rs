@@ -2,7 +2,7 @@
 //! the second derivatives of all that acts.
 
 use super::SeparableSystem;
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::force::{DiscreteForce, NoTimeSlope, Source};
 use crate::interval::{Interval, Slot, StepChange};
 use crate::sparse::{Block, Entries, Product};
@@ -71,18 +71,12 @@ impl SeparableSystem {
 
     /// The same of `z·(f − ∇V)` of all that acts, at a Gauss node, as
     /// [`DiscreteForce::add_gauss_bend`].
-    pub fn gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
+    pub fn gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
         if by[0] != 0.0 {
-            self.gauss_potentials().for_each(|potential| potential.add_third(at, z, -by[0], out));
+            self.gauss_potentials()
+                .for_each(|potential| potential.add_third(at.configuration(), z, -by[0], out));
         }
-        self.gauss_forces().for_each(|force| force.add_gauss_bend(at, v, z, by, out));
+        self.gauss_forces().for_each(|force| force.add_gauss_bend(at, z, by, out));
     }
 
     /// `out ← ∂/∂h` of [`SeparableSystem::beside_unknowns`] at fixed nodes and a fixed time of the
@@ -152,8 +146,8 @@ impl SeparableSystem {
         let value = |force: &dyn DiscreteForce, [q, v]: &[Vec<f64>; 2], t: f64| {
             let (at, zero) = (Configuration::new(t, q), || vec![0.0; q.len()]);
             let (mut value, mut slope) = (zero(), zero());
-            force.add_continuous(at, v, &mut value);
-            let known = force.add_time_slope(at, v, 1.0, &mut slope).ok();
+            force.add_continuous(at.moving(v), &mut value);
+            let known = force.add_time_slope(at.moving(v), 1.0, &mut slope).ok();
             known.map(|()| value.into_iter().map(f64::to_bits).collect::<Vec<_>>())
         };
         let stands = |force: &dyn DiscreteForce| {

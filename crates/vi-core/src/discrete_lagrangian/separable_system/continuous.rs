@@ -1,7 +1,7 @@
 //! The potentials and forces at a node, and on the polynomial of a Galerkin step.
 
 use super::SeparableSystem;
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
 use crate::galerkin::{GaussLobatto, GaussPoint};
 use crate::interpolation::{StepPolynomial, StrainInterpolation};
@@ -64,9 +64,9 @@ impl MechanicalSystem for SeparableSystem {
         }
     }
 
-    fn add_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    fn add_force(&self, at: Motion<'_>, out: &mut [f64]) {
         for force in &self.forces {
-            force.add_continuous(at, v, out);
+            force.add_continuous(at, out);
         }
     }
 
@@ -118,10 +118,11 @@ impl MechanicalSystem for SeparableSystem {
         self.gauss_potentials().map(|u| u.potential(at)).sum()
     }
 
-    fn add_gauss_force(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.gauss_potentials().for_each(|potential| potential.add_gradient(at, -1.0, out));
+    fn add_gauss_force(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.gauss_potentials()
+            .for_each(|potential| potential.add_gradient(at.configuration(), -1.0, out));
         for force in self.gauss_forces() {
-            force.add_continuous(at, v, out);
+            force.add_continuous(at, out);
         }
     }
 
@@ -129,8 +130,8 @@ impl MechanicalSystem for SeparableSystem {
         self.potential_hessian(at, 1.0, out);
     }
 
-    fn force_damping(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.damping(at, v, out);
+    fn force_damping(&self, at: Motion<'_>, out: &mut dyn Entries) {
+        self.damping(at, out);
     }
 }
 

@@ -1,7 +1,7 @@
 //! The discrete Lagrangian of potentials and forces.
 
 use super::SeparableSystem;
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::discrete_lagrangian::slot_derivatives::{DiscreteLagrangian, NoStepSlope};
 use crate::force::Source;
 use crate::interval::{Interval, Slot, StepChange};
@@ -63,33 +63,34 @@ impl DiscreteLagrangian for SeparableSystem {
         self.potentials().for_each(|potential| potential.add_hessian(at, scale, out));
     }
 
-    fn gauss_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
+    fn gauss_slopes(&self, at: Motion<'_>, by: [f64; 2], out: &mut dyn Entries) {
         if by[0] != 0.0 {
-            self.gauss_potentials().for_each(|potential| potential.add_hessian(at, -by[0], out));
+            self.gauss_potentials()
+                .for_each(|potential| potential.add_hessian(at.configuration(), -by[0], out));
         }
-        self.gauss_forces().for_each(|force| force.add_gauss_slopes(at, v, by, out));
+        self.gauss_forces().for_each(|force| force.add_gauss_slopes(at, by, out));
     }
 
-    fn level_slopes(&self, at: Configuration<'_>, v: &[f64], by: [f64; 2], out: &mut dyn Entries) {
+    fn level_slopes(&self, at: Motion<'_>, by: [f64; 2], out: &mut dyn Entries) {
         if by[0] != 0.0 {
-            self.potential_hessian(at, -by[0], out);
+            self.potential_hessian(at.configuration(), -by[0], out);
         }
-        self.forces.iter().for_each(|force| force.add_gauss_slopes(at, v, by, out));
+        self.forces.iter().for_each(|force| force.add_gauss_slopes(at, by, out));
     }
 
-    fn state_slopes(&self, at: Configuration<'_>, v: &[f64], out: &mut dyn Entries) {
-        self.forces.iter().for_each(|force| force.add_state_slopes(at, v, 1.0, out));
+    fn state_slopes(&self, at: Motion<'_>, out: &mut dyn Entries) {
+        self.forces.iter().for_each(|force| force.add_state_slopes(at, 1.0, out));
     }
 
-    fn state_rates(&self, at: Configuration<'_>, v: &[f64]) -> Option<StateRates> {
+    fn state_rates(&self, at: Motion<'_>) -> Option<StateRates> {
         if at.internal.len() != self.internal_variables() {
             return None;
         }
         let signals = self.signals.as_ref().filter(|signals| signals.has_states());
-        let rates = signals.map(|signals| signals.rates(at, v));
+        let rates = signals.map(|signals| signals.rates(at));
         match self.works.is_empty() {
             true => rates,
-            false => Some(self.with_works(rates.unwrap_or_default(), at, v)),
+            false => Some(self.with_works(rates.unwrap_or_default(), at)),
         }
     }
 
@@ -180,8 +181,7 @@ impl DiscreteLagrangian for SeparableSystem {
 
     fn gauss_step_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         h: f64,
         change: StepChange,
         out: &mut [f64],
@@ -189,11 +189,11 @@ impl DiscreteLagrangian for SeparableSystem {
         self.without_added_mass()?;
         let dh = change.length;
         out.fill(0.0);
-        self.add_gauss_force(at, v, out);
+        self.add_gauss_force(at, out);
         out.iter_mut().for_each(|f| *f *= dh);
         for (force, source) in self.forces.iter().zip(&self.sources) {
-            force.add_damping(at, v, -dh, &mut Product { v, out });
-            let found = force.add_time_slope(at, v, h * change.middle, out);
+            force.add_damping(at, -dh, &mut Product { v: at.v, out });
+            let found = force.add_time_slope(at, h * change.middle, out);
             found.map_err(|_| without_time(source))?;
         }
         Ok(())
@@ -208,15 +208,15 @@ impl DiscreteLagrangian for SeparableSystem {
         self.variables_before_potentials() + of_potentials.sum::<usize>()
     }
 
-    fn begin_internal(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    fn begin_internal(&self, at: Motion<'_>, out: &mut [f64]) {
         let (of_forces, rest) = out.split_at_mut(self.variables_of_forces());
         let (of_signals, rest) = rest.split_at_mut(self.variable_count_of_signals());
         let (of_works, of_potential) = rest.split_at_mut(self.works.len());
         of_forces.fill(0.0);
         if let Some(signals) = &self.signals {
-            signals.begin(at, v, of_signals);
+            signals.begin(at, of_signals);
         }
-        self.begin_works(at, of_works);
+        self.begin_works(at.configuration(), of_works);
         if let Some(own) = self.potential_with_memory() {
             own.begin(at.q, of_potential);
         }
@@ -226,10 +226,10 @@ impl DiscreteLagrangian for SeparableSystem {
         self.signals.as_ref().is_some_and(|signals| signals.samples(step))
     }
 
-    fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]) {
+    fn sample(&self, step: u64, at: Motion<'_>, internal: &mut [f64]) {
         if let Some(signals) = &self.signals {
             let first = self.variables_of_forces();
-            signals.sample(step, at, v, &mut internal[first..first + signals.count()]);
+            signals.sample(step, at, &mut internal[first..first + signals.count()]);
         }
     }
 

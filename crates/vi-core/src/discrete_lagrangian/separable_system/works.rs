@@ -9,7 +9,7 @@
 //! nothing. They follow the internal variables of signals.
 
 use super::SeparableSystem;
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Motion};
 use crate::discrete_lagrangian::slot_derivatives::DiscreteLagrangian;
 use crate::force::{DiscreteForce, Source};
 use crate::galerkin::{GaussLobatto, GaussPoint};
@@ -116,10 +116,10 @@ impl SeparableSystem {
     }
 
     /// `f·v` of a source; `force`: shape `n`.
-    fn power_of(&self, own: &Working, (at, v): (Configuration<'_>, &[f64]), f: &mut [f64]) -> f64 {
+    fn power_of(&self, own: &Working, at: Motion<'_>, f: &mut [f64]) -> f64 {
         f.fill(0.0);
-        self.forces_of(own).for_each(|force| force.add_continuous(at, v, f));
-        dot(f, v)
+        self.forces_of(own).for_each(|force| force.add_continuous(at, f));
+        dot(f, at.v)
     }
 
     /// Takes the works to the end of a Galerkin step whose Gauss nodes are known.
@@ -136,19 +136,15 @@ impl SeparableSystem {
         let mut force = vec![0.0; s.q0.len()];
         for (node, weight) in gauss.iter().zip(constants.gauss_weights.iter()) {
             for (end, own) in end.iter_mut().zip(&self.works) {
-                *end += s.h * weight * self.power_of(own, (node.place(s), &node.v), &mut force);
+                *end +=
+                    s.h * weight * self.power_of(own, node.place(s).moving(&node.v), &mut force);
             }
         }
     }
 
     /// Adds the works to the rates of the continuous states of signals, with their slopes.
-    pub(super) fn with_works(
-        &self,
-        of_signals: StateRates,
-        at: Configuration<'_>,
-        v: &[f64],
-    ) -> StateRates {
-        let (n, first) = (v.len(), of_signals.places.len());
+    pub(super) fn with_works(&self, of_signals: StateRates, at: Motion<'_>) -> StateRates {
+        let (n, first) = (at.v.len(), of_signals.places.len());
         let m = first + self.works.len();
         let widened = |own: DMatrix<f64>, columns: usize| own.resize(m, columns, 0.0);
         let mut all = StateRates {
@@ -160,13 +156,13 @@ impl SeparableSystem {
         all.places.extend(self.places_of_works());
         let mut f = vec![0.0; n];
         for (row, own) in (first..).zip(&self.works) {
-            all.rates.push(self.power_of(own, (at, v), &mut f));
+            all.rates.push(self.power_of(own, at, &mut f));
             let [mut by_q, mut by_v] = [vec![0.0; n], f.clone()];
             let mut by_z = vec![0.0; self.internal_variables()];
             for force in self.forces_of(own) {
-                along(v, &mut by_q, |out| force.add_position_slope(at, v, 1.0, out));
-                along(v, &mut by_v, |out| force.add_damping(at, v, 1.0, out));
-                along(v, &mut by_z, |out| force.add_state_slopes(at, v, 1.0, out));
+                along(at.v, &mut by_q, |out| force.add_position_slope(at, 1.0, out));
+                along(at.v, &mut by_v, |out| force.add_damping(at, 1.0, out));
+                along(at.v, &mut by_z, |out| force.add_state_slopes(at, 1.0, out));
             }
             for i in 0..n {
                 (all.by_position[(row, i)], all.by_velocity[(row, i)]) = (by_q[i], by_v[i]);

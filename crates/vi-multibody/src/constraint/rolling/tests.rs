@@ -107,7 +107,7 @@ fn derivatives_are_those_of_differences() {
                 let mut slope = nalgebra::DMatrix::zeros(1, FRAME);
                 velocity.emit_rate_slope(at, 0, 1.0, &mut slope);
                 let own = (slope * nalgebra::DVector::from_column_slice(&w))[0];
-                off[4] = off[4].max((drift - velocity.rate_change(at, &w)).abs());
+                off[4] = off[4].max((drift - velocity.rate_change(at.moving(&w))).abs());
                 off[4] = off[4].max((drift - own).abs());
             }
         }

@@ -2,7 +2,7 @@ use super::super::compliant_change::CompliantChange;
 use super::*;
 use crate::design::ForceChange as _;
 use nalgebra::{DMatrix, Rotation3};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::MidpointForce;
 use vi_core::interval::Interval;
 use vi_testkit::slope_error;
@@ -96,7 +96,7 @@ fn changes_of_the_law_against_central_differences() {
             let own = CompliantContact { law: moved(e), ..contact.clone() };
             let fill = |out: &mut [f64]| {
                 own.add_gradient(&s.q_mid, scale, out);
-                own.add(0.0, &s.q_mid, &s.v_mid, 1.0, out);
+                own.add(s.mid_motion(), 1.0, out);
             };
             all(&fill, own.value(&s.q_mid))
         };
@@ -104,7 +104,7 @@ fn changes_of_the_law_against_central_differences() {
         for scale in [0.0, -1.0] {
             let fill = |out: &mut [f64]| {
                 change.add_gradient(&s.q_mid, scale, out);
-                change.add_at_node(Configuration::new(0.0, &s.q_mid), &s.v_mid, out);
+                change.add_at_node(Motion::new(0.0, &s.q_mid, &s.v_mid), out);
             };
             let exact = all(&fill, change.value(&s.q_mid));
             let e = 1e-5;
@@ -174,7 +174,7 @@ fn both_bodies_take_opposite_wrenches() {
     for (name, contact) in contacts().into_iter().filter(|(_, own)| own.place(0).is_some()) {
         let mut of = [vec![0.0; 24], vec![0.0; 24]];
         contact.add_gradient(&s.q_mid, 1.0, &mut of[0]);
-        contact.add(0.0, &s.q_mid, &s.v_mid, 1.0, &mut of[1]);
+        contact.add(s.mid_motion(), 1.0, &mut of[1]);
         for f in of {
             let at = |x: &[f64], k: usize| Vector3::new(x[k], x[k + 1], x[k + 2]);
             let force = at(&f, 0) + at(&f, FRAME);

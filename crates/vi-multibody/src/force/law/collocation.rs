@@ -61,7 +61,7 @@ impl Collocation {
         self.fit(gauss.len(), reading.inputs.len(), m);
         for (node, y) in gauss.iter().zip(&mut self.y) {
             let at = node.place(s);
-            reading.read_inputs_at(at, &node.v, reading.own(at.internal), y);
+            reading.read_inputs_at(at.moving(&node.v), reading.own(at.internal), y);
         }
         for (start, place) in self.start.iter_mut().zip(&reading.states) {
             *start = end[*place];

@@ -5,7 +5,7 @@ use crate::force::bends::Evaluated;
 use crate::geometry::six_coordinates::{SixChange, SixCoordinates};
 use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::NoTimeSlope;
 use vi_core::interval::{Interval, StepChange};
 use vi_core::linear::DenseLu;
@@ -266,54 +266,41 @@ impl Reading {
         self.take_states(held, &mut work.start);
     }
 
-    pub(super) fn read_inputs_at(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        held: &[f64],
-        y: &mut [f64],
-    ) {
+    pub(super) fn read_inputs_at(&self, at: Motion<'_>, held: &[f64], y: &mut [f64]) {
         let six = self
             .six
             .as_ref()
-            .map(|six| SixChange { mean: six.at(at.t, at.q), rate: six.rate(at.q, v) });
+            .map(|six| SixChange { mean: six.at(at.t, at.q), rate: six.rate(at.q, at.v) });
         for (y, input) in y.iter_mut().zip(&self.inputs) {
             *y = match (input, &six) {
                 (Input::Six(part), Some(own)) => own.part(*part),
-                _ => input.at_node(at, v, held),
+                _ => input.at_node(at, held),
             };
         }
     }
 
-    fn read_node(&self, at: Configuration<'_>, v: &[f64], work: &mut Work) {
+    fn read_node(&self, at: Motion<'_>, work: &mut Work) {
         let held = self.own(at.internal);
-        self.read_inputs_at(at, v, held, &mut work.y);
+        self.read_inputs_at(at, held, &mut work.y);
         self.take_states(held, &mut work.z);
     }
 
     /// With the inputs at a node where `held` are the internal variables of signals.
-    pub fn read_inputs(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        held: &[f64],
-        then: impl FnOnce(&[f64]),
-    ) {
+    pub fn read_inputs(&self, at: Motion<'_>, held: &[f64], then: impl FnOnce(&[f64])) {
         let work = &mut *self.lock();
-        self.read_inputs_at(at, v, held, &mut work.y);
+        self.read_inputs_at(at, held, &mut work.y);
         then(&work.y);
     }
 
     /// With the inputs at a node, from which internal variables of signals follow.
     pub(super) fn with_inputs(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         held: &mut [f64],
         then: impl FnOnce(&[f64], &mut [f64]),
     ) {
         let work = &mut *self.lock();
-        self.read_inputs_at(at, v, held, &mut work.y);
+        self.read_inputs_at(at, held, &mut work.y);
         then(&work.y, held);
     }
 
@@ -435,14 +422,13 @@ impl Reading {
     /// variable and `∂τ/∂z`.
     pub(in crate::force) fn for_each_state_at_node(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         visit: &mut dyn FnMut(usize, &[f64]),
     ) {
         if self.states.is_empty() {
             return;
         }
-        self.with_slopes_at_node(at, v, |work| {
+        self.with_slopes_at_node(at, |work| {
             for (i, state) in self.states.iter().enumerate() {
                 let column = work.slopes.column(work.y.len() + i);
                 visit(self.first + state, &column.as_slice()[..work.efforts]);
@@ -459,14 +445,13 @@ impl Reading {
     /// With `scale ∂τ/∂t` at a node.
     pub(in crate::force) fn with_time_slopes<T>(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         then: impl FnOnce(&[f64]) -> T,
     ) -> Result<T, NoTimeSlope> {
         self.knows_time()?;
         let time = self.inputs.iter().position(|input| matches!(input, Input::Time));
-        Ok(self.with_slopes_at_node(at, v, |work| {
+        Ok(self.with_slopes_at_node(at, |work| {
             let slope = |k: usize| time.map_or(0.0, |j| scale * work.slope(k, j));
             let slopes: Vec<f64> = (0..work.efforts().len()).map(slope).collect();
             then(&slopes)
@@ -537,12 +522,11 @@ impl Reading {
     /// With the efforts at a node; states that are not listed are where they rest.
     pub(in crate::force) fn with_values_at_node<T>(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         then: impl FnOnce(&Work) -> T,
     ) -> T {
         let work = &mut *self.lock();
-        self.read_node(at, v, work);
+        self.read_node(at, work);
         if self.rests(at.internal) {
             work.find_rest(&*self.law);
         } else {
@@ -554,12 +538,11 @@ impl Reading {
     /// With the efforts at a node and their slopes by the inputs, states as listed, or resting.
     pub(in crate::force) fn with_slopes_at_node<T>(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         then: impl FnOnce(&Work) -> T,
     ) -> T {
         let work = &mut *self.lock();
-        self.read_node(at, v, work);
+        self.read_node(at, work);
         if self.rests(at.internal) {
             work.find_rest(&*self.law);
             work.eliminate_rest();

@@ -16,7 +16,7 @@ use crate::force::bends::{Between, Reads};
 use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::{Entries, Product};
 use vi_rigid::directors::{self, FRAME, director};
@@ -327,18 +327,18 @@ impl Input {
 
     /// Its value at a node with the velocity `v`; `held`: internal variables of signals.
     #[must_use]
-    pub fn at_node(&self, at: Configuration<'_>, v: &[f64], held: &[f64]) -> f64 {
+    pub fn at_node(&self, at: Motion<'_>, held: &[f64]) -> f64 {
         match self {
             Self::Time => at.t,
-            Self::Coordinate(own) => own.at(at),
-            Self::Rate(own) => own.rate(at.q, v),
+            Self::Coordinate(own) => own.at(at.configuration()),
+            Self::Rate(own) => own.rate(at.q, at.v),
             Self::Point(form, axis) => form.at(at.q)[*axis],
-            Self::PointRate(form, axis) => form.rate(v)[*axis],
+            Self::PointRate(form, axis) => form.rate(at.v)[*axis],
             Self::Length(form) => form.at(at.q).norm(),
-            Self::LengthRate(form) => Line::of(form, at.q, v).rate,
-            Self::Spin(offset, axis) => spin_at_node(at.q, v, *offset)[*axis],
+            Self::LengthRate(form) => Line::of(form, at.q, at.v).rate,
+            Self::Spin(offset, axis) => spin_at_node(at.q, at.v, *offset)[*axis],
             Self::RelativeSpin { of, base, along } => {
-                let w = spin_at_node(at.q, v, *of) - spin_at_node(at.q, v, *base);
+                let w = spin_at_node(at.q, at.v, *of) - spin_at_node(at.q, at.v, *base);
                 along.at(at.q).dot(&w)
             }
             Self::Held(place) => held.get(*place).copied().unwrap_or(0.0),

@@ -32,7 +32,7 @@ pub use velocity::LawOfRates;
 
 use evaluation::Work;
 use place::Place;
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::quantity_effort::QuantityEffort;
@@ -50,9 +50,9 @@ pub struct LawForce {
 impl LawForce {
     /// The efforts at a node as the law states them, N and N·m, and their number.
     #[must_use]
-    pub fn efforts(&self, at: Configuration<'_>, v: &[f64]) -> ([f64; 6], usize) {
+    pub fn efforts(&self, at: Motion<'_>) -> ([f64; 6], usize) {
         let mut efforts = [0.0; 6];
-        self.reading.with_values_at_node(at, v, |work| {
+        self.reading.with_values_at_node(at, |work| {
             efforts.iter_mut().zip(work.efforts()).for_each(|(own, effort)| *own = *effort);
         });
         (efforts, self.target.count())
@@ -62,15 +62,14 @@ impl LawForce {
     /// `of_z ← of_z + scale ∂τ_k/∂z` at a node.
     pub fn add_effort_slopes(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         (k, scale): (usize, f64),
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
-            self.reading.add_slopes(at.q, v, |j| scale * work.slope(k, j), [q, of_v]);
+        self.reading.with_slopes_at_node(at, |work| {
+            self.reading.add_slopes(at.q, at.v, |j| scale * work.slope(k, j), [q, of_v]);
         });
-        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
             of_z[variable] += scale * slopes[k];
         });
     }
@@ -79,14 +78,13 @@ impl LawForce {
     /// states.
     pub fn add_effort_bends(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         effort: (usize, f64),
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
-            let (place, inputs) = ([at.q, v], &self.reading.inputs[..]);
+        self.reading.with_slopes_at_node(at, |work| {
+            let (place, inputs) = ([at.q, at.v], &self.reading.inputs[..]);
             self.reading.with_bends(work, |law| law.add(inputs, place, effort, changes, out));
         });
     }
@@ -111,17 +109,11 @@ impl LawForce {
     }
 
     /// Emits `scale ∂f/∂q` at a node.
-    fn emit_position_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+    fn emit_position_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, |work| {
             let place = Place::node(at.q);
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-                input.for_each_slope_by_position(at.q, v, visit);
+                input.for_each_slope_by_position(at.q, at.v, visit);
             };
             self.emit_slopes(place, scale, work, each, out);
             self.target.emit_turning(place, (1.0, true), scale, work.efforts(), out);
@@ -187,17 +179,10 @@ impl DiscreteForce for LawForce {
         (!self.reading.remembers()).then_some(self as _)
     }
 
-    fn add_gauss_bend(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        z: &[f64],
-        by: [f64; 4],
-        out: &mut dyn Entries,
-    ) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+    fn add_gauss_bend(&self, at: Motion<'_>, z: &[f64], by: [f64; 4], out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, |work| {
             let own = (&self.reading.inputs[..], &self.target as _);
-            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, v, z], by, out));
+            self.reading.with_bends(work, |law| law.emit_at_node(own, [at.q, at.v, z], by, out));
         });
     }
 
@@ -226,18 +211,17 @@ impl DiscreteForce for LawForce {
 
     fn add_time_slope(
         &self,
-        at: Configuration<'_>,
-        v: &[f64],
+        at: Motion<'_>,
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        self.reading.with_time_slopes(at, v, scale, |efforts| {
+        self.reading.with_time_slopes(at, scale, |efforts| {
             self.target.add(Place::node(at.q), 1.0, efforts, out);
         })
     }
 
-    fn add_continuous(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
-        self.reading.with_values_at_node(at, v, |work| {
+    fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
+        self.reading.with_values_at_node(at, |work| {
             self.target.add(Place::node(at.q), 1.0, work.efforts(), out);
         });
     }
@@ -252,42 +236,30 @@ impl DiscreteForce for LawForce {
         scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
     }
 
-    fn add_stiffness(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        let v = seen_velocity(self.is_seen_from_ground(), v);
-        self.emit_position_slopes(at, &v, scale, out);
+    fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        let v = seen_velocity(self.is_seen_from_ground(), at.v);
+        self.emit_position_slopes(Motion { v: &v, ..at }, scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {
         self.is_seen_from_ground()
     }
 
-    fn add_position_slope(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.emit_position_slopes(at, v, scale, out);
+    fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.emit_position_slopes(at, scale, out);
     }
 
-    fn add_damping(&self, at: Configuration<'_>, v: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.reading.with_slopes_at_node(at, v, |work| {
+    fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.reading.with_slopes_at_node(at, |work| {
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
-                input.for_each_slope_by_velocity(at.q, v, visit);
+                input.for_each_slope_by_velocity(at.q, at.v, visit);
             };
             self.emit_slopes(Place::node(at.q), scale, work, each, out);
         });
     }
 
-    fn add_state_slopes(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        scale: f64,
-        out: &mut dyn Entries,
-    ) {
-        self.reading.for_each_state_at_node(at, v, &mut |variable, slopes| {
+    fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
+        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
             for (k, slope) in slopes.iter().enumerate() {
                 self.target.for_each_direction(Place::node(at.q), k, &mut |row, along| {
                     out.add(row, variable, scale * along * slope);
@@ -307,32 +279,28 @@ impl DiscreteForce for LawForce {
 
 /// At averaged directors, as energy–momentum schemes take it, of order 2.
 impl Force for LawForce {
-    fn add(&self, t: f64, q: &[f64], v: &[f64], scale: f64, out: &mut [f64]) {
-        self.reading.with_values_at_node(Configuration::new(t, q), v, |work| {
+    fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
+        self.reading.with_values_at_node(Motion::new(t, q, v), |work| {
             self.target.add(Place::node(q), scale, work.efforts(), out);
         });
     }
 
     fn add_position_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.emit_position_slopes(Configuration::new(t, q), v, scale, out);
+        self.emit_position_slopes(Motion::new(t, q, v), scale, out);
     }
 
     fn add_velocity_derivative(
         &self,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        Motion { t, q, v, .. }: Motion<'_>,
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.add_damping(Configuration::new(t, q), v, scale, out);
+        self.add_damping(Motion::new(t, q, v), scale, out);
     }
 
     fn acts_from_ground(&self) -> bool {

@@ -5,7 +5,7 @@ use super::evaluation::Reading;
 use super::input::Input;
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
-use vi_core::Configuration;
+use vi_core::Motion;
 use vi_core::galerkin::{GaussLobatto, GaussPoint};
 use vi_core::interval::{Interval, Slot};
 use vi_core::signals::{Signals, StateRates};
@@ -56,30 +56,25 @@ impl SignalStates {
     }
 
     /// With the efforts of the law at a node where the internal variables are listed.
-    pub fn with_efforts_at_node<T>(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        then: impl FnOnce(&[f64]) -> T,
-    ) -> T {
-        self.reading.with_values_at_node(at, v, |work| then(work.efforts()))
+    pub fn with_efforts_at_node<T>(&self, at: Motion<'_>, then: impl FnOnce(&[f64]) -> T) -> T {
+        self.reading.with_values_at_node(at, |work| then(work.efforts()))
     }
 
     /// `out ←` how what they begin with changes where what is stated changes by `own`.
-    pub fn begin_stated(&self, at: Configuration<'_>, v: &[f64], own: &[f64], out: &mut [f64]) {
+    pub fn begin_stated(&self, at: Motion<'_>, own: &[f64], out: &mut [f64]) {
         let still = vec![0.0; self.reading.inputs.len()];
         let mut begun = vec![0.0; out.len()];
         let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &still, own, out);
-        self.reading.with_inputs(at, v, &mut begun, begin);
+        self.reading.with_inputs(at, &mut begun, begin);
     }
 
     /// `out ←` the internal variables at a node of an equilibrium: states where they rest, held
     /// values as at the start.
-    pub fn rest(&self, at: Configuration<'_>, v: &[f64], out: &mut Vec<f64>) {
+    pub fn rest(&self, at: Motion<'_>, out: &mut Vec<f64>) {
         out.clear();
         out.extend(&*self.reading.start);
-        let at = Configuration { internal: &[], ..at };
-        self.reading.with_values_at_node(at, v, |work| {
+        let at = Motion { internal: &[], ..at };
+        self.reading.with_values_at_node(at, |work| {
             let states = self.reading.states.iter().zip(work.middle());
             states.for_each(|(place, state)| out[*place] = *state);
         });
@@ -105,29 +100,23 @@ impl Signals for SignalStates {
         self.sampler.is_due(0)
     }
 
-    fn begin(&self, at: Configuration<'_>, v: &[f64], out: &mut [f64]) {
+    fn begin(&self, at: Motion<'_>, out: &mut [f64]) {
         out.fill(0.0);
-        self.reading.with_inputs(at, v, out, |y, own| self.sampler.begin(y, own));
+        self.reading.with_inputs(at, out, |y, own| self.sampler.begin(y, own));
     }
 
-    fn begin_change(
-        &self,
-        at: Configuration<'_>,
-        v: &[f64],
-        [dq, dv]: [&[f64]; 2],
-        out: &mut [f64],
-    ) {
+    fn begin_change(&self, at: Motion<'_>, [dq, dv]: [&[f64]; 2], out: &mut [f64]) {
         let change = |input: &Input| {
             let mut sum = 0.0;
-            input.for_each_slope_by_position(at.q, v, &mut |i, slope| sum += slope * dq[i]);
-            input.for_each_slope_by_velocity(at.q, v, &mut |i, slope| sum += slope * dv[i]);
+            input.for_each_slope_by_position(at.q, at.v, &mut |i, slope| sum += slope * dq[i]);
+            input.for_each_slope_by_velocity(at.q, at.v, &mut |i, slope| sum += slope * dv[i]);
             sum
         };
         let dy: Vec<f64> = self.reading.inputs.iter().map(change).collect();
         let mut begun = vec![0.0; out.len()];
         let stated = vec![0.0; out.len()];
         let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &dy, &stated, out);
-        self.reading.with_inputs(at, v, &mut begun, begin);
+        self.reading.with_inputs(at, &mut begun, begin);
     }
 
     /// `z_{n+1} = 2 z̄ − z_n`; what is held stays.
@@ -194,10 +183,10 @@ impl Signals for SignalStates {
         own.find(&self.reading, s, constants, gauss, end);
     }
 
-    fn rates(&self, at: Configuration<'_>, v: &[f64]) -> StateRates {
+    fn rates(&self, at: Motion<'_>) -> StateRates {
         let Reading { inputs, states, first, .. } = &self.reading;
         let (m, n) = (states.len(), at.q.len());
-        self.reading.with_slopes_at_node(at, v, |work| {
+        self.reading.with_slopes_at_node(at, |work| {
             let (rates, slopes) = work.rates();
             let mut by_position = DMatrix::zeros(m, n);
             let mut by_velocity = DMatrix::zeros(m, n);
@@ -205,10 +194,10 @@ impl Signals for SignalStates {
                 let add = |to: &mut DMatrix<f64>, column: usize, slope: f64| {
                     (0..m).for_each(|i| to[(i, column)] += slopes[(i, j)] * slope);
                 };
-                input.for_each_slope_by_position(at.q, v, &mut |k, slope| {
+                input.for_each_slope_by_position(at.q, at.v, &mut |k, slope| {
                     add(&mut by_position, k, slope);
                 });
-                input.for_each_slope_by_velocity(at.q, v, &mut |k, slope| {
+                input.for_each_slope_by_velocity(at.q, at.v, &mut |k, slope| {
                     add(&mut by_velocity, k, slope);
                 });
             }
@@ -226,8 +215,8 @@ impl Signals for SignalStates {
         self.sampler.is_due(step)
     }
 
-    fn sample(&self, step: u64, at: Configuration<'_>, v: &[f64], internal: &mut [f64]) {
+    fn sample(&self, step: u64, at: Motion<'_>, internal: &mut [f64]) {
         let sampler = &self.sampler;
-        self.reading.with_inputs(at, v, internal, |y, own| sampler.sample(step, y, own));
+        self.reading.with_inputs(at, internal, |y, own| sampler.sample(step, y, own));
     }
 }

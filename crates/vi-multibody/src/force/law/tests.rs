@@ -173,13 +173,13 @@ fn derivatives_against_central_differences() {
                 assert!(error < 1e-8);
                 let value = |q: &[f64], v: &[f64]| {
                     let mut out = vec![0.0; n];
-                    law.add(0.4, q, v, 1.0, &mut out);
+                    law.add(Motion::new(0.4, q, v), 1.0, &mut out);
                     out
                 };
                 let [mut by_q, mut by_v] = [DMatrix::zeros(n, n), DMatrix::zeros(n, n)];
-                law.add_velocity_derivative(0.4, &q0, &v, 1.0, &mut by_v);
+                law.add_velocity_derivative(Motion::new(0.4, &q0, &v), 1.0, &mut by_v);
                 let rest = vec![0.0; n]; // angles have rates that do not change at rest
-                law.add_position_derivative(0.4, &q0, &rest, 1.0, &mut by_q);
+                law.add_position_derivative(Motion::new(0.4, &q0, &rest), 1.0, &mut by_q);
                 let errors = [
                     (by_q - differences(&q0, |q| value(q, &rest))).amax(),
                     (by_v - differences(&v, |v| value(&q0, v))).amax(),

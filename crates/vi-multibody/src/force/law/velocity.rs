@@ -14,9 +14,9 @@ use super::input::Input;
 use crate::constraint::velocity_constraint::{Pace, VelocityConstraint, WrenchVisitor};
 use crate::pair::Twist;
 use nalgebra::Vector3;
-use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
+use vi_core::{Configuration, Motion};
 
 /// `Σ_k c_k(y) ẋ_k = b(t, y)`.
 #[derive(Clone, Debug)]
@@ -73,7 +73,7 @@ impl VelocityConstraint for LawOfRates {
                 _ => {}
             }
         }
-        self.reading.with_values_at_node(Configuration::new(0.0, q), q, |work| {
+        self.reading.with_values_at_node(Motion::new(0.0, q, q), |work| {
             for (pace, factor) in self.paces.iter().zip(work.efforts()) {
                 pace.for_each_wrench(q, &mut |frame, w| visit(frame, scaled(*factor, &w)));
             }
@@ -81,7 +81,7 @@ impl VelocityConstraint for LawOfRates {
     }
 
     fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
-        self.reading.with_values_at_node(Configuration::new(0.0, q), q, |work| {
+        self.reading.with_values_at_node(Motion::new(0.0, q, q), |work| {
             for (pace, factor) in self.paces.iter().zip(work.efforts()) {
                 pace.for_each_slope(q, |i, slope| out.add(row, i, scale * factor * slope));
             }
@@ -89,7 +89,7 @@ impl VelocityConstraint for LawOfRates {
     }
 
     fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
-        self.reading.with_slopes_at_node(Configuration::new(0.0, q), q, |work| {
+        self.reading.with_slopes_at_node(Motion::new(0.0, q, q), |work| {
             let term = |(k, pace): (usize, &Pace)| {
                 let mut along = Along { v, sum: 0.0 };
                 self.for_each_slope(q, |j| work.slope(k, j), |i, slope| along.add(i, slope));
@@ -100,7 +100,7 @@ impl VelocityConstraint for LawOfRates {
     }
 
     fn emit_second(&self, q: &[f64], scale: f64, out: &mut dyn Entries) {
-        self.reading.with_slopes_at_node(Configuration::new(0.0, q), q, |work| {
+        self.reading.with_slopes_at_node(Motion::new(0.0, q, q), |work| {
             for (k, pace) in self.paces.iter().enumerate() {
                 pace.emit_second(q, scale * work.efforts()[k], out);
                 pace.for_each_slope(q, |row, own| {
@@ -116,13 +116,13 @@ impl VelocityConstraint for LawOfRates {
 
     fn rate(&self, at: Configuration<'_>) -> f64 {
         let row = self.rate_row();
-        self.reading.with_values_at_node(at, at.q, |work| work.efforts()[row])
+        self.reading.with_values_at_node(at.moving(at.q), |work| work.efforts()[row])
     }
 
-    fn rate_change(&self, at: Configuration<'_>, v: &[f64]) -> f64 {
+    fn rate_change(&self, at: Motion<'_>) -> f64 {
         let row = self.rate_row();
-        self.reading.with_slopes_at_node(at, at.q, |work| {
-            let mut along = Along { v, sum: 0.0 };
+        self.reading.with_slopes_at_node(at, |work| {
+            let mut along = Along { v: at.v, sum: 0.0 };
             self.for_each_slope(at.q, |j| work.slope(row, j), |i, slope| along.add(i, slope));
             let inputs = self.reading.inputs.iter().enumerate();
             let times = inputs.filter(|(_, input)| matches!(input, Input::Time));
@@ -138,7 +138,7 @@ impl VelocityConstraint for LawOfRates {
         out: &mut dyn Entries,
     ) {
         let own = self.rate_row();
-        self.reading.with_slopes_at_node(at, at.q, |work| {
+        self.reading.with_slopes_at_node(at.moving(at.q), |work| {
             self.for_each_slope(
                 at.q,
                 |j| work.slope(own, j),

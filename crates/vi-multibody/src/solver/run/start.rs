@@ -71,7 +71,9 @@ impl Loops {
             return Err(self.refusal(SingularStart::Scheme));
         }
         let found = start(system, mechanism, rows, at)?;
-        if let Some(error) = contradiction(mechanism, rows, found.state.configuration(), &found.v) {
+        if let Some(error) =
+            contradiction(mechanism, rows, found.state.configuration().moving(&found.v))
+        {
             return Err(error.into());
         }
         let (q, v, report) = (found.state.q, found.v, found.report);

@@ -85,7 +85,7 @@ impl Sweeps for CoupledSweeps {
         layout.null_space_by_screws(&state.q, start);
         let at = state.configuration();
         let mass = |out: &mut dyn Entries| system.mass().emit(out);
-        let damping = |out: &mut dyn Entries| system.force_damping(at, rest, out);
+        let damping = |out: &mut dyn Entries| system.force_damping(at.moving(rest), out);
         let stiffness = |out: &mut dyn Entries| system.potential_stiffness(at, out);
         factors.factorize(layout, start, [&mass, &damping, &stiffness], step.h);
     }
