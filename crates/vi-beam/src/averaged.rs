@@ -117,13 +117,14 @@ const OF_TURNING: f64 = 1.0 / 32.0;
 /// `T`, from `N̂`, `ℓ`, `L`, `h` and `Aρ`.
 pub(crate) fn tension_mass<T: Number>(
     bound: T,
-    [length, reach]: [f64; 2],
+    [length, reach]: [T; 2],
     h: f64,
     line: T,
 ) -> Vector6<T> {
-    let (wave, longest) = (T::of(OF_WAVE * h * h) * bound / line, OF_LONGEST_WAVE * reach * reach);
-    let wave = if re(wave) < longest { wave } else { T::of(longest) };
-    let tau = bound * (T::of(OF_TURNING * length * length) + wave);
+    let wave = T::of(OF_WAVE * h * h) * bound / line;
+    let longest = T::of(OF_LONGEST_WAVE) * reach * reach;
+    let wave = if re(wave) < re(longest) { wave } else { longest };
+    let tau = bound * (T::of(OF_TURNING) * length * length + wave);
     Vector6::new(bound, bound, T::of(0.0), tau, tau, T::of(0.0))
 }
 

@@ -1,13 +1,16 @@
-//! Elements by the numbers of their sections.
+//! Elements by the numbers of their sections, their lengths and the places of their nodes.
 //!
 //! ```text
-//! b_θ = (−h D_1(U_d − K_d) + f_d^-)_θ = Σ_e ℓ (Σ_i n_i ∇ε_i(x_n))_θ        at fixed q_n, q_{n+1}, z_n
+//! b_θ = (−h D_1(U_d − K_d) + f_d^-)_θ = Σ_e (ℓ Σ_i n_i ∇ε_i(x_n))_θ        at fixed q_n, q_{n+1}, z_n
 //! n = −h [C (½ ε̄ + μ Δε) + T Δε] − (½ + θ) V Δε − ½ h C φ(Δε, z)
-//! M_θ    of the interpolation, linear in the masses of sections
-//! μ_θ = −(1/ω²)_θ/h²,   (ω²)_θ = xᵀ(K_θ − ω² M_θ) x                         x: of the highest vibration, xᵀMx = 1
+//! ε_0θ   of the strains as drawn, with ℓ_θ and with the nodes as drawn, x_θ
+//! M_θ    of the interpolation
+//! μ_θ = −(1/ω²)_θ/h²,   (ω²)_θ = d/dθ xᵀ(K − ω² M) x                       x: of the highest vibration, xᵀMx = 1
 //! ```
 //! Strains of order 4 condense the stiffness, so `ε` and `∇ε` change with it as well: the formulas
-//! of the step are evaluated with dual numbers. Lengths and nodes do not change.
+//! of the step are evaluated with dual numbers, also in `ℓ`. Vibrations are those of nodes that
+//! turn as they are drawn: `x = P(q_θ) ν` at fixed `ν`. `xᵀKx` is twice the energy of the element
+//! along `x`, differentiated with three derivatives at once [2.64].
 #![allow(non_snake_case)] // C, V, M, K, S, N
 
 use crate::averaged::{
@@ -24,15 +27,15 @@ use crate::model::{BeamElements, StrainRule};
 use crate::rest::Rest;
 use crate::section::Section;
 use crate::small::times;
-use crate::strain::{self, ElementCoordinates, SIZE, Strain};
+use crate::strain::{self, ElementCoordinates, Strain};
 use crate::varying::{MassPoint, SectionPoint, mass_along};
-use nalgebra::{Matrix4, Matrix6, SMatrix, Vector6};
+use nalgebra::{Matrix3, Matrix4, Matrix6, SMatrix, Vector3, Vector6};
 use std::collections::BTreeMap;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
-use vi_core::num_dual::Dual64;
+use vi_core::num_dual::{Dual64, HyperHyperDual64};
 use vi_core::potential::DiscretePotential;
-use vi_core::{Configuration, Quadrature};
+use vi_core::{Configuration, Number, Quadrature};
 use vi_multibody::design::StepTangent;
 
 /// Part of `ω²` by which vibrations are the highest together, and of its change by which they
@@ -50,6 +53,8 @@ pub struct ElementChange {
     pub rest: Option<Rest<Dual64>>,
     /// Of a stated bound of its tension, N.
     pub bound: f64,
+    /// Of its stress-free length, m.
+    pub length: f64,
 }
 
 /// A derivative that is not available.
@@ -84,7 +89,8 @@ pub enum ElementDesignError {
 pub(crate) struct Changed {
     index: usize,
     element: Element,
-    law: Option<Helicoidal<Dual64>>, // None: mean directors
+    pub(crate) length: Dual64,
+    pub(crate) law: Option<Helicoidal<Dual64>>, // None: mean directors
     pub(crate) stiffness: Matrix6<Dual64>,
     viscosity: Matrix6<Dual64>,
     reference: Vector6<Dual64>,
@@ -112,7 +118,24 @@ pub struct ElementsTangent {
     masses: BTreeMap<usize, SMatrix<f64, 8, 8>>,
     rule: StepRule,
     averaged: AveragedStrains,
+    reach: Dual64, // L
     dissipation: Option<StrainDissipation>,
+}
+
+/// The configuration as drawn, and how it changes.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn<'a> {
+    /// `q`.
+    pub q: &'a [f64],
+    /// `q_θ`.
+    pub change: &'a [f64],
+}
+
+impl Drawn<'_> {
+    /// Of the nodes of an element.
+    fn of(&self, element: &Element) -> ElementCoordinates<Dual64> {
+        element.coordinates(self.q).zip_map(&element.coordinates(self.change), Dual64::new)
+    }
 }
 
 /// `σ` of a strain, of an element with the stiffness `C`.
@@ -125,27 +148,68 @@ pub(crate) fn stress(
     if slack { without_extension(C) * strain } else { *C * strain }
 }
 
+/// With no derivatives.
+fn constant(x: &ElementCoordinates) -> ElementCoordinates<Dual64> {
+    x.map(Dual64::from_re)
+}
+
+/// `ε` of an element at coordinates, with the strains `reference` where it is free of stress.
+fn strain_at<T: Number>(
+    law: Option<&Helicoidal<T>>,
+    length: T,
+    x: &ElementCoordinates<T>,
+    reference: &Vector6<T>,
+) -> Vector6<T> {
+    match law {
+        None => strain::forms(x, length) - reference,
+        Some(law) => law.strain(&helicoidal::forms(x, length), reference),
+    }
+}
+
+/// `(Γ, K)` before those of the stress-free configuration are taken off.
+fn measures<T: Number>(
+    law: Option<&Helicoidal<T>>,
+    length: T,
+    x: &ElementCoordinates<T>,
+) -> Vector6<T> {
+    match law {
+        None => strain::forms(x, length),
+        Some(law) => law.helix(&helicoidal::forms(x, length)),
+    }
+}
+
 impl Changed {
-    fn new(model: &BeamElements, change: &ElementChange, q: &[f64]) -> Option<Self> {
+    fn new(model: &BeamElements, change: &ElementChange, drawn: Drawn<'_>) -> Option<Self> {
         let index = change.element;
         let element = model.elements.list()[index].clone();
+        let length = Dual64::new(element.length, change.length);
         let weighted: Vec<_> =
             change.sections.iter().map(|own| (own.weight, own.section)).collect();
         let section = Section::mean(&weighted);
         let (law, stiffness, viscosity) = match element.law.kind() {
             ElementKind::MeanDirectors => (None, *section.stiffness_matrix(), section.viscosity()),
             kind => {
-                let law = kind.helicoidal(element.length, &section)?;
+                let law = kind.helicoidal(length, &section)?;
                 let (stiffness, viscosity) = (*law.stiffness(), *law.viscosity());
                 (Some(law), stiffness, viscosity)
             }
         };
-        let reference = element.reference.map(Dual64::from_re);
+        let x = drawn.of(&element);
+        let measured = measures(law.as_ref(), length, &x);
+        let held = element.reference.map(Dual64::from_re);
+        let reference = match &change.rest {
+            None => measured,
+            Some(rest) => rest.change([&held, &measured], &stiffness, |own| {
+                strain_at(law.as_ref(), length, &x, own)
+            }),
+        };
+        let reference = held.zip_map(&reference, |own, by| Dual64::new(own.re, by.eps));
         let (mass, compliance) = (section.mass_matrix(), section.compliance());
         let (slowness, bound) = (Dual64::from_re(0.0), change.bound);
-        let mut own = Self {
+        Some(Self {
             index,
             element,
+            length,
             law,
             stiffness,
             viscosity,
@@ -154,28 +218,13 @@ impl Changed {
             compliance,
             slowness,
             bound,
-        };
-        if let Some(rest) = &change.rest {
-            let x = own.element.coordinates(q);
-            let stretch = own.reference;
-            own.reference = rest.change(&stretch, &own.stiffness, |own_reference| {
-                own.strain_from(&x, own_reference)
-            });
-        }
-        Some(own)
-    }
-
-    /// `ε(x)` of an element that is free of stress with the strains `reference`.
-    fn strain_from(&self, x: &ElementCoordinates, reference: &Vector6<Dual64>) -> Vector6<Dual64> {
-        match &self.law {
-            None => strain::forms(x, self.element.length).map(Dual64::from_re) - reference,
-            Some(law) => law.strain(&helicoidal::forms(x, self.element.length), reference),
-        }
+        })
     }
 
     /// `ε(x)`.
     pub(crate) fn strain(&self, q: &[f64]) -> Vector6<Dual64> {
-        self.strain_from(&self.element.coordinates(q), &self.reference)
+        let x = constant(&self.element.coordinates(q));
+        strain_at(self.law.as_ref(), self.length, &x, &self.reference)
     }
 
     /// `σ` of a strain.
@@ -185,13 +234,22 @@ impl Changed {
 
     /// `∇ε·v`.
     fn rate(&self, q: &[f64], v: &[f64]) -> Vector6<Dual64> {
-        let [x, v] = [q, v].map(|all| self.element.coordinates(all));
-        self.rate_from(&x, &v, &self.reference)
+        let [x, v] = [q, v].map(|all| constant(&self.element.coordinates(all)));
+        let Some(law) = &self.law else {
+            return strain::gradients(&x, self.length).tr_mul(&v);
+        };
+        let y = helicoidal::forms(&x, self.length);
+        let at = law.at(&y, &self.reference);
+        let rate = at.helix_rate(&helicoidal::gradients(&x, self.length).tr_mul(&v));
+        Vector6::from_fn(|i, _| {
+            let unit = Vector6::from_fn(|k, _| Dual64::from_re(f64::from(u8::from(i == k))));
+            at.on_helix(&unit).dot(&rate)
+        })
     }
 
-    /// `out ← out + (Σ n_i ∇ε_i)_θ`.
+    /// `out ← out + (ℓ Σ n_i ∇ε_i)_θ`.
     fn add(&self, q: &[f64], n: &Vector6<Dual64>, out: &mut [f64]) {
-        let force = self.force_change(&self.element.coordinates(q), n);
+        let force = self.force_change(&self.element.coordinates(q), &(n * self.length));
         self.element.scatter(&force, out);
     }
 
@@ -201,88 +259,101 @@ impl Changed {
         x: &ElementCoordinates,
         n: &Vector6<Dual64>,
     ) -> ElementCoordinates {
-        let length = self.element.length;
-        match &self.law {
-            None => strain::force(x, length, &slopes(n)),
+        let (x, length) = (constant(x), self.length);
+        let force = match &self.law {
+            None => strain::force(&x, length, n),
             Some(law) => {
-                let at = law.at(&helicoidal::forms(x, length), &self.reference);
-                let by_forms = at.by_helix(&slopes(&at.on_helix(n)));
-                helicoidal::force(x, length, &by_forms.transpose())
+                let at = law.at(&helicoidal::forms(&x, length), &self.reference);
+                helicoidal::force(&x, length, &at.pull_back(n).transpose())
             }
-        }
-    }
-
-    /// `∇ε_i·v` of an element that is free of stress at `x`.
-    fn free_rate(&self, x: &ElementCoordinates, v: &ElementCoordinates) -> Vector6<Dual64> {
-        let Some(law) = &self.law else { return self.rate_from(x, v, &self.reference) };
-        let y = helicoidal::forms(x, self.element.length);
-        self.rate_from(x, v, &law.helix(&y).map(Dual64::from_re))
-    }
-
-    /// `∇ε_i(x)·v` of an element that is free of stress with the strains `reference`.
-    fn rate_from(
-        &self,
-        x: &ElementCoordinates,
-        v: &ElementCoordinates,
-        reference: &Vector6<Dual64>,
-    ) -> Vector6<Dual64> {
-        let length = self.element.length;
-        let Some(law) = &self.law else {
-            return strain::gradients(x, length).tr_mul(v).map(Dual64::from_re);
         };
-        let y = helicoidal::forms(x, length);
-        let at = law.at(&y, reference);
-        let rate = at.helix_rate(&helicoidal::gradients(x, length).tr_mul(v)).map(Dual64::from_re);
-        Vector6::from_fn(|i, _| {
-            let unit = Vector6::from_fn(|k, _| Dual64::from_re(f64::from(u8::from(i == k))));
-            at.on_helix(&unit).dot(&rate)
-        })
+        force.map(|own| own.eps)
     }
 
     /// `1/ω²` with its derivative, of an element with a constant mean section; `None` where it has
     /// a kink. `x`: where it is free of stress.
-    fn slowness(&self, highest: &Highest, x: &ElementCoordinates) -> Option<Dual64> {
-        let M = self.element.mass.matrix(self.element.length, &self.mass.map(|own| own.eps));
+    fn slowness(&self, highest: &Highest, x: &ElementCoordinates<Dual64>) -> Option<Dual64> {
+        let square = highest.square;
         let modes = highest.together(TOGETHER);
-        let rates: Vec<_> = modes.iter().map(|mode| self.free_rate(x, mode)).collect();
-        let of_mass = |a: &ElementCoordinates, b: &ElementCoordinates| -> f64 {
-            let pairs = (0..8).flat_map(|i| (0..8).map(move |j| (i, j)));
-            let product =
-                |i: usize, j: usize| (0..3).map(|k| a[3 * i + k] * b[3 * j + k]).sum::<f64>();
-            pairs.map(|(i, j)| M[(i, j)] * product(i, j)).sum()
-        };
-        let geometric = self.geometric_change(x);
+        let modes: Vec<_> = modes.iter().map(|mode| turned(x, mode)).collect();
+        let M = self.element.mass.matrix(self.length, &self.mass);
         let change = |i: usize, j: usize| {
-            let of_stiffness = rates[i].dot(&(self.stiffness * rates[j])).eps;
-            let of_stress = modes[i].dot(&(geometric * modes[j]));
-            self.element.length * of_stiffness + of_stress
-                - highest.square * of_mass(&modes[i], &modes[j])
+            let of_mass = mass_of(&M, [&modes[i], &modes[j]]).eps;
+            self.stiffness_change(x, [&modes[i], &modes[j]]) - square * of_mass
         };
         let slope = change(0, 0);
         let pairs = (0..modes.len()).flat_map(|i| (0..modes.len()).map(move |j| (i, j)));
-        let size = self.size_of_change(&rates[0], highest.square, M.amax());
         let mut apart = pairs.map(|(i, j)| change(i, j) - if i == j { slope } else { 0.0 });
+        let size = square * self.relative_change(x);
         let alike = apart.all(|by| by.abs() <= TOGETHER * size);
-        let square = highest.square;
         alike.then(|| Dual64::new(square.recip(), -slope / (square * square)))
     }
 
-    /// How the geometric stiffness at `x` changes: of a rope whose nodes are not along its arc,
-    /// which has tension where it is drawn.
-    fn geometric_change(&self, x: &ElementCoordinates) -> SMatrix<f64, SIZE, SIZE> {
-        let reference = self.element.measures(x);
-        let strain = self.strain_from(x, &reference.map(Dual64::from_re));
-        let n = self.element.length * slopes(&(self.stiffness * strain));
-        let free = Element { reference, ..self.element.clone() };
-        free.at(*x).tangent(&Matrix6::zeros(), &n)
+    /// `(aᵀK b)_θ` of an element that is free of stress at `x`, with `a` and `b` as they change.
+    fn stiffness_change(
+        &self,
+        x: &ElementCoordinates<Dual64>,
+        [a, b]: [&ElementCoordinates<Dual64>; 2],
+    ) -> f64 {
+        let lifted = |own: Dual64| HyperHyperDual64 { eps3: own.eps, ..own.re.into() };
+        let along = ElementCoordinates::from_fn(|i, _| HyperHyperDual64 {
+            eps1: a[i].re,
+            eps2: b[i].re,
+            eps1eps3: a[i].eps,
+            eps2eps3: b[i].eps,
+            ..lifted(x[i])
+        });
+        let law = self.law.as_ref().map(|own| own.map(lifted));
+        let (C, length) = (self.stiffness.map(lifted), lifted(self.length));
+        let reference = measures(law.as_ref(), length, &x.map(lifted));
+        let strain = strain_at(law.as_ref(), length, &along, &reference);
+        (strain.dot(&(C * strain)) * length * 0.5).eps1eps2eps3
     }
 
-    /// What a change of `ω²` is small against.
-    fn size_of_change(&self, rate: &Vector6<Dual64>, square: f64, mass: f64) -> f64 {
-        let stiffness: Strain = slopes(&(self.stiffness * rate));
-        let of_stiffness = self.element.length * stiffness.abs().dot(&rate.map(|own| own.re.abs()));
-        of_stiffness + if mass > 0.0 { square } else { 0.0 }
+    /// By which part its numbers change, per unit of the parameter.
+    fn relative_change(&self, x: &ElementCoordinates<Dual64>) -> f64 {
+        let length = self.length.re;
+        let of_place = x.iter().map(|own| own.eps.abs() / length);
+        let of_stiffness = relative(&self.stiffness);
+        let sizes = of_place.chain([self.length.eps.abs() / length, of_stiffness]);
+        sizes.fold(relative(&self.mass), f64::max)
     }
+}
+
+/// The largest change of a definite matrix against its diagonal.
+fn relative<const N: usize>(m: &SMatrix<Dual64, N, N>) -> f64 {
+    let part = |(i, j): (usize, usize)| {
+        let size = (m[(i, i)].re * m[(j, j)].re).sqrt();
+        if size > 0.0 { m[(i, j)].eps.abs() / size } else { 0.0 }
+    };
+    (0..N).flat_map(|i| (0..N).map(move |j| (i, j))).map(part).fold(0.0, f64::max)
+}
+
+/// `aᵀ(M ⊗ I_3) b`.
+fn mass_of(M: &SMatrix<Dual64, 8, 8>, [a, b]: [&ElementCoordinates<Dual64>; 2]) -> Dual64 {
+    let pairs = (0..8).flat_map(|i| (0..8).map(move |j| (i, j)));
+    let product = |i: usize, j: usize| a.fixed_rows::<3>(3 * i).dot(&b.fixed_rows::<3>(3 * j));
+    pairs.map(|(i, j)| M[(i, j)] * product(i, j)).fold(Dual64::from_re(0.0), |sum, own| sum + own)
+}
+
+/// A motion of nodes at `x` that turn as rigid bodies, as these change: `δd_I = ω × d_I`.
+fn turned(x: &ElementCoordinates<Dual64>, mode: &ElementCoordinates) -> ElementCoordinates<Dual64> {
+    let mut out = constant(mode);
+    for node in 0..2 {
+        let slot = |i: usize| 12 * node + 3 + 3 * i;
+        let director = |i: usize| -> Vector3<Dual64> { x.fixed_rows::<3>(slot(i)).into() };
+        let own = |i: usize| -> Vector3<f64> { mode.fixed_rows::<3>(slot(i)).into() };
+        let held = [0, 1, 2].map(|i| director(i).map(|own| own.re));
+        let turns: Vector3<f64> = (0..3).map(|i| held[i].cross(&own(i))).sum();
+        let part = |d: &Vector3<f64>| d.norm_squared() * Matrix3::identity() - d * d.transpose();
+        let inertia: Matrix3<f64> = held.iter().map(part).sum();
+        let omega = inertia.try_inverse().map_or_else(Vector3::zeros, |own| own * turns);
+        for i in 0..3 {
+            let change = omega.cross(&director(i).map(|own| own.eps));
+            (0..3).for_each(|k| out[slot(i) + k].eps = change[k]);
+        }
+    }
+    out
 }
 
 /// The derivatives of a vector.
@@ -291,16 +362,21 @@ fn slopes(n: &Vector6<Dual64>) -> Strain {
 }
 
 impl ElementsTangent {
-    /// Of elements that are free of stress, or strained as stated, in the configuration `q`.
+    /// Of elements that are free of stress, or strained as stated, as they are drawn. Where a length
+    /// changes and tensions add mass, all elements are among the changes.
     ///
     /// # Errors
     /// [`ElementDesignError`].
     pub fn new(
         model: &BeamElements,
         rule: StepRule,
-        q: &[f64],
+        drawn: Drawn<'_>,
         changes: &[ElementChange],
     ) -> Result<Self, ElementDesignError> {
+        let q = drawn.q;
+        let length = |element: usize| {
+            changes.iter().find(|own| own.element == element).map_or(0.0, |own| own.length)
+        };
         let scaled = matches!(rule.strains, StrainRule::MassScaled | StrainRule::Dissipative);
         let resolved = |highest: &Highest| {
             let slowness = Dual64::from_re(highest.square.recip());
@@ -310,19 +386,23 @@ impl ElementsTangent {
         let (mut elements, mut masses) = (Vec::new(), BTreeMap::new());
         for change in changes {
             let element = change.element;
-            let own = Changed::new(model, change, q);
+            let own = Changed::new(model, change, drawn);
             let mut own = own.ok_or(ElementDesignError::Stiffness { element })?;
             if scaled {
-                own.slowness = match frequencies.highest(element, q) {
+                let known = frequencies.highest(element, q);
+                let apart = known.as_ref().is_some_and(|(_, of)| length(*of) != change.length);
+                let own_one = || Frequencies::new(model).highest(element, q);
+                own.slowness = match if apart { own_one() } else { known } {
                     None => Dual64::from_re(0.0), // a motion carries no mass
                     Some((highest, _)) if resolved(&highest) => Dual64::from_re(f64::INFINITY),
-                    Some((highest, x)) => {
+                    Some((highest, of)) => {
+                        let x = drawn.of(&model.elements.list()[of]);
                         let slowness = own.slowness(&highest, &x);
                         slowness.ok_or(ElementDesignError::Kink { element })?
                     }
                 };
             }
-            let M = mass(&own.element, &change.sections);
+            let M = mass(&own, &change.sections);
             if own.element.nodes[1] != own.element.nodes[0] + 1 {
                 return Err(ElementDesignError::Apart { element });
             }
@@ -334,12 +414,20 @@ impl ElementsTangent {
         let dissipates = rule.strains == StrainRule::Dissipative;
         let dissipation = dissipates.then(|| StrainDissipation::new(model));
         let averaged = model.averaged(rule.strains, q);
-        Ok(Self { elements, masses, rule, averaged, dissipation })
+        let longer: f64 = changes.iter().map(|own| own.length).sum();
+        let reach = Dual64::new(averaged.reach, longer);
+        Ok(Self { elements, masses, rule, averaged, reach, dissipation })
     }
 
     /// How an element changes at the coordinates `q` that its nodes keep; `None` where it does not.
     pub(crate) fn changed(&self, element: usize) -> Option<&Changed> {
         self.elements.iter().find(|own| own.index == element)
+    }
+
+    /// `ℓ_θ` of an element, m.
+    #[must_use]
+    pub fn longer(&self, element: usize) -> f64 {
+        self.changed(element).map_or(0.0, |own| own.length.eps)
     }
 
     /// `M_θ` of elements between `φ, d_1, d_2, d_3` of both nodes, by the first one of them.
@@ -359,7 +447,7 @@ impl ElementsTangent {
         let slowness = if scaled { own.slowness } else { Dual64::from_re(0.0) };
         let mu = scaling(self.averaged.most, slowness, h);
         let bound = self.averaged.bound(own.index, internal);
-        let lengths = [own.element.length, self.averaged.reach];
+        let lengths = [own.length, self.reach];
         let tension = bound
             .map(|bound| tension_mass(Dual64::new(bound, own.bound), lengths, h, own.mass[(0, 0)]));
         (mu, tension)
@@ -391,7 +479,7 @@ impl ElementsTangent {
             if let Some(dissipation) = &self.dissipation {
                 n += own.stiffness * times(-0.5 * s.h, &dissipation.stress(s, own.index, &change));
             }
-            own.add(s.node(of), &times(own.element.length, &n), out);
+            own.add(s.node(of), &n, out);
         }
     }
 
@@ -410,23 +498,21 @@ impl ElementsTangent {
             Quadrature::Trapezoidal => s.node(of),
         };
         let stress = own.stress(&own.strain(q));
-        own.add(q, &times(-0.5 * s.h * own.element.length, &stress), out);
+        own.add(q, &times(-0.5 * s.h, &stress), out);
     }
 }
 
 /// `M_θ` of an element.
-fn mass(element: &Element, sections: &[SectionPoint<Dual64>]) -> SMatrix<f64, 8, 8> {
-    let point = |own: &SectionPoint<Dual64>| {
-        let mass = own.section.mass_matrix().map(|own| own.eps);
-        MassPoint { place: own.place, weight: own.weight, mass }
-    };
-    match sections {
-        [one] => element.mass.matrix(element.length, &point(one).mass),
+fn mass(own: &Changed, sections: &[SectionPoint<Dual64>]) -> SMatrix<f64, 8, 8> {
+    let kind = own.element.mass;
+    let M = match sections {
+        [one] => kind.matrix(own.length, &one.section.mass_matrix()),
         _ => {
-            let points: Vec<MassPoint> = sections.iter().map(point).collect();
-            mass_along(element.mass, element.length, &points)
+            let points: Vec<MassPoint<Dual64>> = sections.iter().map(SectionPoint::mass).collect();
+            mass_along(kind, own.length, &points)
         }
-    }
+    };
+    M.map(|own| own.eps)
 }
 
 impl StepTangent for ElementsTangent {
@@ -438,7 +524,7 @@ impl StepTangent for ElementsTangent {
     fn add_at_node(&self, q: &[f64], v: &[f64], out: &mut [f64]) {
         for own in &self.elements {
             let n = own.stress(&own.strain(q)) + own.viscosity * own.rate(q, v);
-            own.add(q, &times(-own.element.length, &n), out);
+            own.add(q, &-n, out);
         }
     }
 
@@ -446,7 +532,7 @@ impl StepTangent for ElementsTangent {
     fn add_at_gauss(&self, q: &[f64], _v: &[f64], out: &mut [f64]) {
         for own in self.elements.iter().filter(|_| self.rule.strains == StrainRule::Midpoint) {
             let n = own.stress(&own.strain(q));
-            own.add(q, &times(-own.element.length, &n), out);
+            own.add(q, &-n, out);
         }
     }
 
@@ -459,7 +545,7 @@ impl StepTangent for ElementsTangent {
             if self.rule.strains != StrainRule::Midpoint {
                 n += own.stiffness * times(step.h(), &row(S, j, &strains));
             }
-            own.add(step.q(j), &times(-own.element.length, &n), out);
+            own.add(step.q(j), &-n, out);
         }
     }
 
@@ -471,7 +557,7 @@ impl StepTangent for ElementsTangent {
             if let Some(tension) = tension {
                 n += tension.component_mul(&rate);
             }
-            own.add(at.q, &times(h * h * own.element.length, &n), out);
+            own.add(at.q, &times(h * h, &n), out);
         }
     }
 
@@ -504,7 +590,7 @@ impl StepTangent for ElementsTangent {
     fn is_finite(&self) -> bool {
         let numbers = |own: &Changed| {
             let all = own.stiffness.iter().chain(own.viscosity.iter()).chain(own.reference.iter());
-            let all = all.chain(own.mass.iter()).chain([&own.slowness]);
+            let all = all.chain(own.mass.iter()).chain([&own.slowness, &own.length]);
             all.into_iter().all(|own| own.eps.is_finite())
         };
         self.elements.iter().all(numbers)

@@ -344,7 +344,7 @@ impl ElementKind {
     /// The same of those that are helicoidal, with the stiffness that they condense.
     pub(crate) fn helicoidal<T: Number>(
         self,
-        length: f64,
+        length: T,
         section: &Section<T>,
     ) -> Option<Helicoidal<T>> {
         let law = match self {

@@ -83,7 +83,7 @@ impl AveragedStrains {
     /// `T_N̂`.
     fn by_bound(&self, element: &Element, bound: f64, h: f64) -> Strain {
         let line = Dual64::from_re(self.elements.section(element).inertia()[0]);
-        let lengths = [element.length, self.reach];
+        let lengths = [element.length, self.reach].map(Dual64::from_re);
         tension_mass(Dual64::new(bound, 1.0), lengths, h, line).map(|own| own.eps)
     }
 

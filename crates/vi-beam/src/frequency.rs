@@ -102,13 +102,9 @@ impl<'a> Frequencies<'a> {
         ElementKey { length: element.length, section, mass, strains }
     }
 
-    /// The highest vibrations of an element in the configuration `q`, and where it is; `None` where
-    /// a motion carries no mass.
-    pub(crate) fn highest(
-        &mut self,
-        index: usize,
-        q: &[f64],
-    ) -> Option<(Highest, ElementCoordinates)> {
+    /// The highest vibrations of an element in the configuration `q`, and the element of which they
+    /// are; `None` where a motion carries no mass.
+    pub(crate) fn highest(&mut self, index: usize, q: &[f64]) -> Option<(Highest, usize)> {
         let (first, _) = self.known(index, q);
         let x = self.model.elements.list()[first].coordinates(q);
         let Standard { P, L, matrix } = Standard::of(&self.key(first), x.as_slice()).ok()?;
@@ -119,7 +115,7 @@ impl<'a> Frequencies<'a> {
             (eigen.eigenvalues[k], mode)
         });
         let square = eigen.eigenvalues.max();
-        Some((Highest { square, modes: modes.collect() }, x))
+        Some((Highest { square, modes: modes.collect() }, first))
     }
 }
 

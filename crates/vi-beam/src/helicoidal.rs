@@ -56,20 +56,19 @@ use vi_core::Number;
 impl<T: Number> Helicoidal<T> {
     /// `(G, K)`: the strains of order 2 before those of the stress-free placement are taken off.
     #[must_use]
-    pub fn helix(&self, y: &Forms) -> Strain {
-        let k = gap(y[6]);
-        helix(y, [1.0 + y[6] * k, 0.25 * k / (1.0 - y[6])], self.length)
+    pub fn helix(&self, y: &Forms<T>) -> Strain<T> {
+        let (k, one) = (gap(y[6]), T::of(1.0));
+        helix(y, [one + y[6] * k, T::of(0.25) * k / (one - y[6])], self.length)
     }
 
     /// The same without derivatives.
     #[must_use]
     #[inline]
-    pub fn strain(&self, y: &Forms, reference: &Vector6<T>) -> Vector6<T> {
-        let helix = self.helix(y);
-        let xi = helix.map(T::of);
+    pub fn strain(&self, y: &Forms<T>, reference: &Vector6<T>) -> Vector6<T> {
+        let xi = self.helix(y);
         let mut z = xi - reference;
         if self.rope {
-            z[2] += T::of(Arc::of(&helix).excess(&helix));
+            z[2] += Arc::of(&xi).excess(&xi);
         }
         self.order.as_ref().map_or(z, |own| Corrected::at(self, own, &xi, &z).eta)
     }
@@ -78,13 +77,13 @@ impl<T: Number> Helicoidal<T> {
     /// that their derivatives need.
     #[must_use]
     #[inline]
-    pub fn at<'a>(&'a self, y: &Forms, reference: &Vector6<T>) -> AtForms<'a, T> {
+    pub fn at<'a>(&'a self, y: &Forms<T>, reference: &Vector6<T>) -> AtForms<'a, T> {
         let helix = Helix::at(y, self.length);
-        let xi = helix.xi.map(T::of);
+        let xi = helix.xi;
         let mut z = xi - reference;
-        let arc = self.rope.then(|| Arc::of(&helix.xi));
+        let arc = self.rope.then(|| Arc::of(&xi));
         if let Some(arc) = &arc {
-            z[2] += T::of(arc.excess(&helix.xi));
+            z[2] += arc.excess(&xi);
         }
         let corrected = self.order.as_ref().map(|own| (own, Corrected::at(self, own, &xi, &z)));
         AtForms { law: self, helix, z, arc, corrected }
@@ -106,9 +105,9 @@ impl Helicoidal {
 #[derive(Clone, Debug)]
 pub struct AtForms<'a, T: Number = f64> {
     law: &'a Helicoidal<T>,
-    helix: Helix,
+    helix: Helix<T>,
     z: Vector6<T>,
-    arc: Option<Arc>,
+    arc: Option<Arc<T>>,
     corrected: Option<(&'a Correction<T>, Corrected<T>)>,
 }
 
@@ -130,25 +129,25 @@ impl<T: Number> AtForms<'_, T> {
     }
 
     /// `∂(G, K)/∂y` times a change of `y`.
-    pub(crate) fn helix_rate(&self, y: &Forms) -> Strain {
+    pub(crate) fn helix_rate(&self, y: &Forms<T>) -> Strain<T> {
         self.helix.slopes(self.law.length) * y
     }
 
     /// `Σ ξ_i ∂(G, K)_i/∂y`.
     #[inline]
-    pub(crate) fn by_helix(&self, xi: &Strain) -> Forms {
+    pub(crate) fn by_helix(&self, xi: &Strain<T>) -> Forms<T> {
         self.helix.pull_back(xi, self.law.length)
+    }
+
+    /// `Σ n_i ∂η_i/∂y`.
+    #[must_use]
+    #[inline]
+    pub fn pull_back(&self, n: &Strain<T>) -> Forms<T> {
+        self.by_helix(&self.on_helix(n))
     }
 }
 
 impl AtForms<'_> {
-    /// `Σ n_i ∂η_i/∂y`.
-    #[must_use]
-    #[inline]
-    pub fn pull_back(&self, n: &Strain) -> Forms {
-        self.by_helix(&self.on_helix(n))
-    }
-
     /// `∂η/∂y`.
     #[must_use]
     pub fn slopes(&self) -> Slopes {

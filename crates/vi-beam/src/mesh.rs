@@ -11,21 +11,23 @@
 //!
 //! Source: double reflection after Wang, Jüttler, Zheng & Liu, ACM Trans. Graph. 27 (2008) no. 2.
 
+use crate::small::{re, times};
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 use vi_multibody::mechanism::BodySpec;
 
 /// How the triads rotate about the centre line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FrameRule {
+pub enum FrameRule<T = f64> {
     /// `d_1` lies in the plane of the tangent and this vector.
     Normal(
         /// A vector that is nowhere parallel to the curve.
-        Vector3<f64>,
+        Vector3<T>,
     ),
     /// As [`FrameRule::Normal`] at the first node, then without rotation about the tangent.
     RotationMinimizing(
         /// A vector that is not parallel to the curve at its start.
-        Vector3<f64>,
+        Vector3<T>,
     ),
 }
 
@@ -50,15 +52,16 @@ pub enum CurveError {
     },
 }
 
-/// Nodes and element lengths along one smooth beam.
+/// Nodes and element lengths along one smooth beam; of numbers with tangents as they change with a
+/// parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh {
+pub struct Mesh<T = f64> {
     /// `φ` at the nodes, m.
-    pub centers: Vec<Vector3<f64>>,
+    pub centers: Vec<Vector3<T>>,
     /// Columns `d_1, d_2, d_3` at the nodes.
-    pub triads: Vec<Matrix3<f64>>,
+    pub triads: Vec<Matrix3<T>>,
     /// `ℓ` of the elements, m; one less than nodes.
-    pub lengths: Vec<f64>,
+    pub lengths: Vec<T>,
 }
 
 impl Mesh {
@@ -74,75 +77,6 @@ impl Mesh {
             omega: Vector3::zeros(),
         };
         self.centers.iter().zip(&self.triads).enumerate().map(node).collect()
-    }
-
-    /// A straight beam.
-    ///
-    /// # Errors
-    /// [`CurveError`].
-    pub fn straight(
-        from: Vector3<f64>,
-        to: Vector3<f64>,
-        elements: usize,
-        rule: FrameRule,
-    ) -> Result<Self, CurveError> {
-        let tangent = to - from;
-        Self::along(&|t| from + t * tangent, &|_| tangent, 0.0, 1.0, elements, rule)
-    }
-
-    /// Straight legs between the corners, each with its own number of elements.
-    ///
-    /// # Errors
-    /// [`CurveError`]; [`CurveError::NoElements`] when the numbers do not fit.
-    pub fn polyline(
-        corners: &[Vector3<f64>],
-        elements: &[usize],
-        rule: FrameRule,
-    ) -> Result<Vec<Self>, CurveError> {
-        if corners.len() < 2 || corners.len() != elements.len() + 1 {
-            return Err(CurveError::NoElements);
-        }
-        let legs = corners.windows(2).zip(elements);
-        legs.map(|(ends, &count)| Self::straight(ends[0], ends[1], count, rule)).collect()
-    }
-
-    /// A circular arc `center + R(cos ψ e_1 + sin ψ e_2)` for `ψ` from 0 to `angle` (rad), with
-    /// `radius_vector = R e_1` and the unit `axis = e_1 × e_2`.
-    ///
-    /// # Errors
-    /// [`CurveError`].
-    pub fn arc(
-        center: Vector3<f64>,
-        radius_vector: Vector3<f64>,
-        axis: Vector3<f64>,
-        angle: f64,
-        elements: usize,
-        rule: FrameRule,
-    ) -> Result<Self, CurveError> {
-        Self::helix(center, radius_vector, axis, angle, 0.0, elements, rule)
-    }
-
-    /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each revolution.
-    ///
-    /// # Errors
-    /// [`CurveError`].
-    pub fn helix(
-        center: Vector3<f64>,
-        radius_vector: Vector3<f64>,
-        axis: Vector3<f64>,
-        angle: f64,
-        pitch: f64,
-        elements: usize,
-        rule: FrameRule,
-    ) -> Result<Self, CurveError> {
-        let (a, b) = (radius_vector, axis.cross(&radius_vector));
-        let rise = pitch / std::f64::consts::TAU * axis;
-        let point = |t: f64| center + libm::cos(t) * a + libm::sin(t) * b + t * rise;
-        let slope = |t: f64| angle.signum() * (libm::cos(t) * b - libm::sin(t) * a + rise);
-        let mut mesh = Self::along(&point, &slope, 0.0, angle, elements, rule)?;
-        let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
-        mesh.lengths.fill(speed * angle.abs() / elements as f64); // constant speed: exact
-        Ok(mesh)
     }
 
     /// The curve `r(t)`, `t` = `from … to`, nodes at equal steps of `t`; its tangent by
@@ -164,6 +98,90 @@ impl Mesh {
         };
         Self::along(curve, &tangent, from, to, elements, rule)
     }
+}
+
+/// The sum of numbers, from the first on.
+fn sum<T: Number>(all: impl Iterator<Item = T>) -> T {
+    all.fold(T::of(0.0), |sum, own| sum + own)
+}
+
+impl<T: Number> Mesh<T> {
+    /// A straight beam.
+    ///
+    /// # Errors
+    /// [`CurveError`].
+    pub fn straight(
+        from: Vector3<T>,
+        to: Vector3<T>,
+        elements: usize,
+        rule: FrameRule<T>,
+    ) -> Result<Self, CurveError> {
+        let tangent = to - from;
+        let ends = [0.0, 1.0].map(T::of);
+        Self::along(&|t| from + tangent * t, &|_| tangent, ends[0], ends[1], elements, rule)
+    }
+
+    /// Straight legs between the corners, each with its own number of elements.
+    ///
+    /// # Errors
+    /// [`CurveError`]; [`CurveError::NoElements`] when the numbers do not fit.
+    pub fn polyline(
+        corners: &[Vector3<T>],
+        elements: &[usize],
+        rule: FrameRule<T>,
+    ) -> Result<Vec<Self>, CurveError> {
+        if corners.len() < 2 || corners.len() != elements.len() + 1 {
+            return Err(CurveError::NoElements);
+        }
+        let legs = corners.windows(2).zip(elements);
+        legs.map(|(ends, &count)| Self::straight(ends[0], ends[1], count, rule)).collect()
+    }
+
+    /// A circular arc `center + R(cos ψ e_1 + sin ψ e_2)` for `ψ` from 0 to `angle` (rad), with
+    /// `radius_vector = R e_1` and the unit `axis = e_1 × e_2`.
+    ///
+    /// # Errors
+    /// [`CurveError`].
+    pub fn arc(
+        center: Vector3<T>,
+        radius_vector: Vector3<T>,
+        axis: Vector3<T>,
+        angle: T,
+        elements: usize,
+        rule: FrameRule<T>,
+    ) -> Result<Self, CurveError> {
+        Self::helix(center, radius_vector, axis, angle, T::of(0.0), elements, rule)
+    }
+
+    /// A helix: the arc with the rise `pitch` (m) along the unit `axis` for each revolution.
+    ///
+    /// # Errors
+    /// [`CurveError`].
+    pub fn helix(
+        center: Vector3<T>,
+        radius_vector: Vector3<T>,
+        axis: Vector3<T>,
+        angle: T,
+        pitch: T,
+        elements: usize,
+        rule: FrameRule<T>,
+    ) -> Result<Self, CurveError> {
+        let (a, b) = (radius_vector, axis.cross(&radius_vector));
+        let rise = axis * (pitch / T::of(std::f64::consts::TAU));
+        let sign = re(angle).signum();
+        let point = |t: T| {
+            let [sin, cos] = t.sine_cosine();
+            center + a * cos + b * sin + rise * t
+        };
+        let slope = |t: T| {
+            let [sin, cos] = t.sine_cosine();
+            times(sign, &(b * cos - a * sin + rise))
+        };
+        let mut mesh = Self::along(&point, &slope, T::of(0.0), angle, elements, rule)?;
+        let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
+        mesh.lengths.fill(speed * (T::of(sign) * angle) / T::of(elements as f64)); // constant speed: exact
+        Ok(mesh)
+    }
 
     /// The curve `r(t)` with its derivative `r'(t)`, `t` = `from … to`, nodes at equal steps of
     /// `t`.
@@ -171,15 +189,15 @@ impl Mesh {
     /// # Errors
     /// [`CurveError`].
     pub fn along(
-        curve: &dyn Fn(f64) -> Vector3<f64>,
-        derivative: &dyn Fn(f64) -> Vector3<f64>,
-        from: f64,
-        to: f64,
+        curve: &dyn Fn(T) -> Vector3<T>,
+        derivative: &dyn Fn(T) -> Vector3<T>,
+        from: T,
+        to: T,
         elements: usize,
-        rule: FrameRule,
+        rule: FrameRule<T>,
     ) -> Result<Self, CurveError> {
-        let step = (to - from) / elements as f64;
-        let at = |k: usize| from + k as f64 * step;
+        let step = (to - from) / T::of(elements as f64);
+        let at = |k: usize| from + T::of(k as f64) * step;
         let centers = (0..=elements).map(|k| curve(at(k))).collect();
         let tangents: Vec<_> = (0..=elements).map(|k| derivative(at(k))).collect();
         let lengths = (0..elements).map(|k| arc_length(derivative, at(k), at(k + 1))).collect();
@@ -192,40 +210,42 @@ impl Mesh {
     /// # Errors
     /// [`CurveError`].
     pub fn spline(
-        points: &[Vector3<f64>],
+        points: &[Vector3<T>],
         elements: usize,
-        rule: FrameRule,
+        rule: FrameRule<T>,
     ) -> Result<Self, CurveError> {
         let (lengths, tangents) = chords(points)?;
-        let mut stations = vec![0.0]; // sum of the chords at the points
-        lengths.iter().for_each(|length| stations.push(stations[stations.len() - 1] + length));
-        let interval = |s: f64| {
-            let k = stations.partition_point(|at| *at <= s).clamp(1, lengths.len()) - 1;
+        let mut stations = vec![T::of(0.0)]; // sum of the chords at the points
+        lengths.iter().for_each(|length| stations.push(stations[stations.len() - 1] + *length));
+        let interval = |s: T| {
+            let before = stations.partition_point(|at| re(*at) <= re(s));
+            let k = before.clamp(1, lengths.len()) - 1;
             (k, (s - stations[k]) / lengths[k])
         };
+        let [one, two, three, six] = [1.0, 2.0, 3.0, 6.0].map(T::of);
         // Hermite's polynomials on the interval, and their slopes
-        let curve = |s: f64| {
+        let curve = |s: T| {
             let (k, t) = interval(s);
             let (a, b, l) = (points[k], points[k + 1], lengths[k]);
-            let r = 1.0 - t;
-            (r * r * (1.0 + 2.0 * t)) * a
-                + (t * t * (3.0 - 2.0 * t)) * b
-                + l * t * r * (r * tangents[k] - t * tangents[k + 1])
+            let r = one - t;
+            a * (r * r * (one + two * t))
+                + b * (t * t * (three - two * t))
+                + (tangents[k] * r - tangents[k + 1] * t) * (l * t * r)
         };
-        let slope = |s: f64| {
+        let slope = |s: T| {
             let (k, t) = interval(s);
-            (6.0 * t * (1.0 - t) / lengths[k]) * (points[k + 1] - points[k])
-                + (1.0 - t) * (1.0 - 3.0 * t) * tangents[k]
-                + t * (3.0 * t - 2.0) * tangents[k + 1]
+            (points[k + 1] - points[k]) * (six * t * (one - t) / lengths[k])
+                + tangents[k] * ((one - t) * (one - three * t))
+                + tangents[k + 1] * (t * (three * t - two))
         };
-        Self::along(&curve, &slope, 0.0, stations[lengths.len()], elements, rule)
+        Self::along(&curve, &slope, T::of(0.0), stations[lengths.len()], elements, rule)
     }
 
     /// Nodes at given points; chords as lengths, tangents from the parabola through three points.
     ///
     /// # Errors
     /// [`CurveError`].
-    pub fn through(points: &[Vector3<f64>], rule: FrameRule) -> Result<Self, CurveError> {
+    pub fn through(points: &[Vector3<T>], rule: FrameRule<T>) -> Result<Self, CurveError> {
         let (lengths, tangents) = chords(points)?;
         Self::new(points.to_vec(), &tangents, lengths, rule)
     }
@@ -235,27 +255,28 @@ impl Mesh {
     /// # Errors
     /// [`CurveError`].
     pub fn new(
-        centers: Vec<Vector3<f64>>,
-        tangents: &[Vector3<f64>],
-        lengths: Vec<f64>,
-        rule: FrameRule,
+        centers: Vec<Vector3<T>>,
+        tangents: &[Vector3<T>],
+        lengths: Vec<T>,
+        rule: FrameRule<T>,
     ) -> Result<Self, CurveError> {
         if lengths.is_empty() {
             return Err(CurveError::NoElements);
         }
         for (element, length) in lengths.iter().enumerate() {
-            let chord = (centers[element + 1] - centers[element]).norm();
-            let regular = chord > 0.0 && chord.is_finite() && *length > 0.0 && length.is_finite();
+            let chord = re((centers[element + 1] - centers[element]).norm());
+            let length = re(*length);
+            let regular = chord > 0.0 && chord.is_finite() && length > 0.0 && length.is_finite();
             if !regular {
                 return Err(CurveError::Degenerate { element });
             }
         }
         let tangents: Vec<_> = tangents.iter().map(|t| t.normalize()).collect();
-        let across = |node: usize, normal: &Vector3<f64>| {
+        let across = |node: usize, normal: &Vector3<T>| {
             let d3 = tangents[node];
             let part = normal - d3 * d3.dot(normal);
             let size = part.norm();
-            if size > 1e-8 * normal.norm() {
+            if re(size) > 1e-8 * re(normal.norm()) {
                 Ok(part / size)
             } else {
                 Err(CurveError::NormalAlongTangent { node })
@@ -286,28 +307,35 @@ impl Mesh {
     pub fn elements(&self) -> usize {
         self.lengths.len()
     }
+
+    /// The sum of the lengths of its elements, m.
+    #[must_use]
+    pub fn length(&self) -> T {
+        sum(self.lengths.iter().copied())
+    }
 }
 
 /// Lengths of the chords between points, and the tangents of the parabolas through three of them.
-fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), CurveError> {
+fn chords<T: Number>(points: &[Vector3<T>]) -> Result<(Vec<T>, Vec<Vector3<T>>), CurveError> {
     if points.len() < 2 {
         return Err(CurveError::NoElements);
     }
     let chords: Vec<_> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let lengths: Vec<f64> = chords.iter().map(Vector3::norm).collect();
-    if let Some(element) = lengths.iter().position(|l| !(*l > 0.0 && l.is_finite())) {
+    let lengths: Vec<T> = chords.iter().map(Vector3::norm).collect();
+    let wrong = |l: &T| !(re(*l) > 0.0 && re(*l).is_finite());
+    if let Some(element) = lengths.iter().position(wrong) {
         return Err(CurveError::Degenerate { element });
     }
     let slope = |k: usize| chords[k] / lengths[k];
     let last = chords.len() - 1;
     let inner = |k: usize| {
         let (a, b) = (lengths[k - 1], lengths[k]);
-        (b * slope(k - 1) + a * slope(k)) / (a + b)
+        (slope(k - 1) * b + slope(k) * a) / (a + b)
     };
     let tangent = |k: usize| match k {
         _ if last == 0 => slope(0),
-        0 => 2.0 * slope(0) - inner(1),
-        k if k == last + 1 => 2.0 * slope(last) - inner(last),
+        0 => times(2.0, &slope(0)) - inner(1),
+        k if k == last + 1 => times(2.0, &slope(last)) - inner(last),
         k => inner(k),
     };
     let tangents = (0..points.len()).map(tangent).collect();
@@ -315,22 +343,22 @@ fn chords(points: &[Vector3<f64>]) -> Result<(Vec<f64>, Vec<Vector3<f64>>), Curv
 }
 
 /// Transports `d` from the tangent `t` to the tangent `next` over a chord.
-fn double_reflection(
-    d: &Vector3<f64>,
-    chord: &Vector3<f64>,
-    t: &Vector3<f64>,
-    next: &Vector3<f64>,
-) -> Vector3<f64> {
-    let reflect = |x: &Vector3<f64>, v: &Vector3<f64>| {
+fn double_reflection<T: Number>(
+    d: &Vector3<T>,
+    chord: &Vector3<T>,
+    t: &Vector3<T>,
+    next: &Vector3<T>,
+) -> Vector3<T> {
+    let reflect = |x: &Vector3<T>, v: &Vector3<T>| {
         let square = v.norm_squared();
-        if square > 0.0 { x - v * (2.0 * v.dot(x) / square) } else { *x }
+        if re(square) > 0.0 { x - v * (T::of(2.0) * v.dot(x) / square) } else { *x }
     };
     let (d, t) = (reflect(d, chord), reflect(t, chord));
     reflect(&d, &(next - t))
 }
 
 /// `∫ |r'| dt` by Gauss's rule with five points on four parts.
-fn arc_length(derivative: &dyn Fn(f64) -> Vector3<f64>, from: f64, to: f64) -> f64 {
+fn arc_length<T: Number>(derivative: &dyn Fn(T) -> Vector3<T>, from: T, to: T) -> T {
     const NODES: [(f64, f64); 5] = [
         (0.0, 0.568_888_888_888_888_9),
         (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -338,13 +366,13 @@ fn arc_length(derivative: &dyn Fn(f64) -> Vector3<f64>, from: f64, to: f64) -> f
         (0.906_179_845_938_664, 0.236_926_885_056_189_08),
         (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
     ];
-    let half = (to - from) / 8.0;
+    let half = (to - from) / T::of(8.0);
     let part = |k: usize| {
-        let middle = from + (2 * k + 1) as f64 * half;
-        let term = |(x, w): (f64, f64)| w * derivative(middle + half * x).norm();
-        NODES.into_iter().map(term).sum::<f64>() * half.abs()
+        let middle = from + T::of((2 * k + 1) as f64) * half;
+        let term = |(x, w): (f64, f64)| T::of(w) * derivative(middle + half * T::of(x)).norm();
+        sum(NODES.into_iter().map(term)) * half.abs()
     };
-    (0..4).map(part).sum()
+    sum((0..4).map(part))
 }
 
 #[cfg(test)]

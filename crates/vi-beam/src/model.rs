@@ -8,16 +8,18 @@ use crate::element::{Element, ElementError};
 use crate::elements::Elements;
 use crate::mesh::Mesh;
 use crate::section::Section;
+use crate::small::re;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::ops::{Deref, DerefMut, Range};
-use vi_core::SparseMatrix;
+use vi_core::num_dual::Dual64;
+use vi_core::{Number, SparseMatrix};
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::description::joint_at;
 use vi_multibody::joint::{FrameId, complete_axis};
 use vi_multibody::mechanism::{BodySpec, Description, Mechanism};
 use vi_multibody::pair::PairKind;
-use vi_rigid::load::{Load, LoadError, LoadKind};
+use vi_rigid::load::{Load, LoadChange, LoadError, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
 /// The discrete potential of the elements.
@@ -125,6 +127,37 @@ impl BeamBuilder for MechanismBuilder {
     }
 }
 
+/// How near a node a load counts as at it, in parts of an element.
+const AT_NODE: f64 = 1e-9;
+
+/// The part of a load on a beam that a node carries.
+struct NodeShare<T = f64> {
+    node: usize,
+    share: T,
+    moment: T, // on d_3, m
+}
+
+impl NodeShare {
+    fn load(
+        &self,
+        kind: LoadKind,
+        [force, torque]: [Vector3<f64>; 2],
+        history: &TimeHistory,
+    ) -> Result<Load, LoadError> {
+        let Self { node, share, moment } = self;
+        let own = Load::new(12 * node, kind, *share * force, *share * torque, history.clone())?;
+        own.at(Vector3::new(0.0, 0.0, moment / share))
+    }
+}
+
+impl NodeShare<Dual64> {
+    fn change(&self, [force, torque]: [Vector3<f64>; 2]) -> LoadChange {
+        let by = self.share.eps;
+        let point = Vector3::new(0.0, 0.0, (self.moment / self.share).eps);
+        LoadChange { force: by * force, torque: by * torque, point }
+    }
+}
+
 impl BeamElements {
     /// Adds the elements of a beam whose nodes are the frames from `first` on, in the configuration
     /// `q`.
@@ -160,22 +193,44 @@ impl BeamElements {
         torque: Vector3<f64>,
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
-        let (mut shares, mut moments) = (vec![0.0; beam.nodes.end], vec![0.0; beam.nodes.end]);
-        for (element, first) in self.of(beam).iter().zip(beam.nodes.start..) {
-            let length = element.length;
-            shares[first] += 0.5 * length;
-            shares[first + 1] += 0.5 * length;
-            if element.bends_within() {
-                moments[first] += length * length / 12.0;
-                moments[first + 1] -= length * length / 12.0;
-            }
+        let lengths = |element: usize| self.elements.list()[element].length;
+        let load = |own: NodeShare| own.load(kind, [force, torque], history);
+        self.line_shares(beam, lengths).into_iter().map(load).collect()
+    }
+
+    /// How the loads of [`BeamElements::line_load`] change, in their order, with the lengths of all
+    /// elements, which change by `longer`, m.
+    #[must_use]
+    pub fn line_load_changes(
+        &self,
+        beam: &Beam,
+        longer: impl Fn(usize) -> f64,
+        by: [Vector3<f64>; 2],
+    ) -> Vec<LoadChange> {
+        let length = |k: usize| Dual64::new(self.elements.list()[k].length, longer(k));
+        self.line_shares(beam, length).into_iter().map(|own| own.change(by)).collect()
+    }
+
+    /// `ℓ/2` of both nodes of each element, `±ℓ²/12` on `d_3`.
+    fn line_shares<T: Number>(
+        &self,
+        beam: &Beam,
+        length: impl Fn(usize) -> T,
+    ) -> Vec<NodeShare<T>> {
+        let (share, moment) = (T::of(0.0), T::of(0.0));
+        let mut all: Vec<NodeShare<T>> =
+            beam.nodes.clone().map(|node| NodeShare { node, share, moment }).collect();
+        for (k, index) in beam.elements.clone().enumerate() {
+            let (element, length) = (&self.elements.list()[index], length(index));
+            let (half, clamped) = (T::of(0.5) * length, length * length / T::of(12.0));
+            let clamped = if element.bends_within() { clamped } else { T::of(0.0) };
+            let own = &mut all[k..k + 2];
+            own.iter_mut().for_each(|own| own.share += half);
+            own[0].moment += clamped;
+            own[1].moment -= clamped;
         }
-        let loaded = shares.iter().enumerate().filter(|(_, share)| **share > 0.0);
-        let load = |(node, share): (usize, &f64)| {
-            let own = Load::new(12 * node, kind, *share * force, *share * torque, history.clone())?;
-            own.at(Vector3::new(0.0, 0.0, moments[node] / share))
-        };
-        loaded.map(load).collect()
+        all.retain(|own| re(own.share) > 0.0);
+        all
     }
 
     /// A force (N) and a torque (N·m) at the arc length `along` (m) from the start of a beam:
@@ -189,22 +244,58 @@ impl BeamElements {
         beam: &Beam,
         along: f64,
         kind: LoadKind,
-        [force, torque]: [Vector3<f64>; 2],
+        by: [Vector3<f64>; 2],
         history: &TimeHistory,
     ) -> Result<Vec<Load>, LoadError> {
-        let (k, start) = self.first_element(beam, |end| along < end);
-        let element = &self.of(beam)[k];
-        let xi = ((along - start) / element.length - 0.5).clamp(-0.5, 0.5);
-        let bend = 0.5 * (0.25 - xi * xi) * element.length;
-        let bend = if element.bends_within() { bend } else { 0.0 };
-        let [a, b] = element.nodes;
-        let ends = [(a, 0.5 - xi, bend), (b, 0.5 + xi, -bend)];
-        let loaded = ends.into_iter().filter(|(_, share, _)| *share > 0.0);
-        let load = |(node, share, moment): (usize, f64, f64)| {
-            let own = Load::new(12 * node, kind, share * force, share * torque, history.clone())?;
-            own.at(Vector3::new(0.0, 0.0, moment / share))
+        let lengths = |element: usize| self.elements.list()[element].length;
+        let (shares, _) = self.shares_at(beam, along, lengths);
+        shares.into_iter().map(|own| own.load(kind, by, history)).collect()
+    }
+
+    /// How the loads of [`BeamElements::load_at`] change, in their order, with the place and with
+    /// the lengths of all elements, which change by `longer`, m; `None` where it passes a node, at
+    /// which they have a kink.
+    #[must_use]
+    pub fn load_at_changes(
+        &self,
+        beam: &Beam,
+        along: Dual64,
+        longer: impl Fn(usize) -> f64,
+        by: [Vector3<f64>; 2],
+    ) -> Option<Vec<LoadChange>> {
+        let length = |k: usize| Dual64::new(self.elements.list()[k].length, longer(k));
+        let (shares, xi) = self.shares_at(beam, along, length);
+        let passes = (re(xi).abs() - 0.5).abs() < AT_NODE && xi.eps.abs() > AT_NODE;
+        (!passes).then(|| shares.into_iter().map(|own| own.change(by)).collect())
+    }
+
+    /// What both nodes of the element at a place carry, and `ξ` of the place.
+    fn shares_at<T: Number>(
+        &self,
+        beam: &Beam,
+        along: T,
+        length: impl Fn(usize) -> T,
+    ) -> (Vec<NodeShare<T>>, T) {
+        let (k, _) = self.first_element(beam, |end| re(along) < end);
+        let index = beam.elements.start + k;
+        let before = (beam.elements.start..index).map(&length);
+        let start = before.fold(T::of(0.0), |sum, own| sum + own);
+        let (element, length, half) = (&self.elements.list()[index], length(index), T::of(0.5));
+        let xi = (along - start) / length - half;
+        let held = match re(xi) {
+            own if own > 0.5 => half,
+            own if own < -0.5 => -half,
+            _ => xi,
         };
-        loaded.map(load).collect()
+        let bend = half * (T::of(0.25) - held * held) * length;
+        let bend = if element.bends_within() { bend } else { T::of(0.0) };
+        let [a, b] = element.nodes;
+        let mut all = vec![
+            NodeShare { node: a, share: half - held, moment: bend },
+            NodeShare { node: b, share: half + held, moment: -bend },
+        ];
+        all.retain(|own| re(own.share) > 0.0);
+        (all, xi)
     }
 
     /// The elements of a beam.

@@ -26,7 +26,7 @@ pub enum Rest<T = f64> {
     /// Drawn away from the stress-free shape.
     Shape {
         /// Length along the drawn centre line over the stress-free length.
-        stretch: f64,
+        stretch: T,
         /// `κ` in place of the drawn one: about `d_1`, about `d_2`, twist, 1/m.
         curvature: Option<Vector3<T>>,
     },
@@ -55,11 +55,11 @@ impl Rest {
 }
 
 impl Rest<Dual64> {
-    /// The derivative of `(Γ_0, K_0)`, from its value, `C` and the strains of an element that is
-    /// free of stress with some reference.
+    /// The derivative of `(Γ_0, K_0)`, from its value, the strains as drawn, `C` and the strains of
+    /// an element that is free of stress with some reference.
     pub(crate) fn change(
         &self,
-        reference: &Vector6<Dual64>,
+        [reference, drawn]: [&Vector6<Dual64>; 2],
         C: &Matrix6<Dual64>,
         strain: impl Fn(&Vector6<Dual64>) -> Vector6<Dual64>,
     ) -> Vector6<Dual64> {
@@ -68,7 +68,9 @@ impl Rest<Dual64> {
                 let (o, one) = (Dual64::from_re(0.0), Dual64::from_re(1.0));
                 Vector6::new(o, o, one, curvature.x, curvature.y, curvature.z)
             }
-            Self::Shape { curvature: None, .. } => *reference,
+            Self::Shape { stretch, curvature: None } => {
+                Vector6::from_fn(|i, _| if i < 3 { drawn[i] / stretch } else { drawn[i] })
+            }
             Self::Prestressed(stress) => {
                 let compliance = inverse(C, |own| Some(own.cholesky()?.inverse()));
                 let wanted = compliance.map_or_else(Vector6::zeros, |own| own * stress);

@@ -394,7 +394,7 @@ impl<T: Number> Section<T> {
     /// # Panics
     /// When there is none.
     #[must_use]
-    pub fn mean(parts: &[(f64, Self)]) -> Self {
+    pub fn mean(parts: &[(T, Self)]) -> Self {
         let first = parts.first().expect("an element has a section").1;
         if parts.iter().all(|(_, section)| section.is(&first)) {
             return first;
@@ -402,10 +402,10 @@ impl<T: Number> Section<T> {
         let (mut compliance, mut Y) = (Matrix6::zeros(), Matrix6::zeros());
         let mut mass = Matrix4::zeros();
         for (weight, own) in parts {
-            let scaled = times(*weight, &own.compliance);
+            let scaled = own.compliance * *weight;
             compliance += scaled;
             Y += scaled * own.viscosity * own.compliance;
-            mass += times(*weight, &own.mass);
+            mass += own.mass * *weight;
         }
         let rigid = parts.iter().all(|(_, own)| own.shear == Shear::Rigid);
         let shear = if rigid { Shear::Rigid } else { Shear::Soft };

@@ -29,10 +29,11 @@ use crate::helicoidal::{FORMS, Helicoidal, forms, join, split};
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
 use crate::section_state::Station;
-use crate::small::times;
+use crate::small::{re, times};
 use crate::strain::SIZE;
 use nalgebra::{Matrix3, Matrix4, SVector, Vector3, Vector6};
 use vi_core::Number;
+use vi_core::num_dual::Dual64;
 use vi_rigid::directors::{self, center};
 use vi_rigid::load::{Load, Wrench};
 use vi_rigid::rotation;
@@ -79,9 +80,9 @@ pub struct LineLoads<'a> {
 
 /// A load of an element that is read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct BeamLoad {
+pub struct BeamLoad<T = f64> {
     /// Where it acts, from the middle of the element, m; `None`: along all of it, by its length.
-    pub place: Option<f64>,
+    pub place: Option<T>,
     /// N and N·m, or N/m and N·m/m.
     pub load: Load,
 }
@@ -103,8 +104,11 @@ impl LineLoads<'_> {
 }
 
 /// What acts along an element, at its frame.
-pub(crate) struct Acting<'a, T: Number> {
-    pub(crate) element: &'a Element,
+pub(crate) struct Acting<T: Number> {
+    /// `ℓ`, m.
+    pub(crate) length: T,
+    /// Whether `φ` is interpolated with `d_3`.
+    pub(crate) bends: bool,
     /// `m` of the section.
     pub(crate) mass: Matrix4<T>,
     /// `(φ, d_1, d_2, d_3)` half-way between the nodes.
@@ -112,7 +116,7 @@ pub(crate) struct Acting<'a, T: Number> {
     /// `u`.
     pub(crate) motion: [T; 12],
     /// Loads: place, force, torque, spatial.
-    pub(crate) loads: Vec<(Option<f64>, [Vector3<T>; 2])>,
+    pub(crate) loads: Vec<(Option<T>, [Vector3<T>; 2])>,
 }
 
 /// Vector `i` of four.
@@ -120,11 +124,11 @@ fn vector<T: Number>(all: &[T; 12], i: usize) -> Vector3<T> {
     Vector3::new(all[3 * i], all[3 * i + 1], all[3 * i + 2])
 }
 
-impl<T: Number> Acting<'_, T> {
+impl<T: Number> Acting<T> {
     /// What it adds to `n` and `m`, spatial, at the distance `s` from the middle of an element
     /// with the slope `φ'`, m.
-    fn at(&self, s: f64, slope: &Vector3<T>) -> [Vector3<T>; 2] {
-        let (length, bends) = (self.element.length, self.element.bends_within());
+    fn at(&self, s: T, slope: &Vector3<T>) -> [Vector3<T>; 2] {
+        let (length, bends) = (self.length, self.bends);
         let inertia = |i: usize| -> Vector3<T> {
             let part = |j: usize| vector(&self.motion, j) * self.mass[(i, j)];
             (0..4).map(part).fold(Vector3::zeros(), |sum, own| sum + own)
@@ -133,21 +137,24 @@ impl<T: Number> Acting<'_, T> {
         let spins = (0..3).map(spin).fold(Vector3::zeros(), |sum, own| sum + own);
         let (mut f, mut c) = (-inertia(0), -spins);
         let (mut n, mut m) = (Vector3::zeros(), Vector3::zeros());
+        let [zero, one, half, quarter] = [0.0, 1.0, 0.5, 0.25].map(T::of);
         for (place, [force, torque]) in &self.loads {
             let Some(place) = place else {
                 (f, c) = (f + force, c + torque);
                 continue;
             };
-            let (xi, beyond) = (place / length, s > *place);
-            let bend = if bends { 0.5 * (0.25 - xi * xi) * length } else { 0.0 };
-            let weight = 0.5 - xi - f64::from(u8::from(beyond));
-            let lever = bend - (0.5 - xi) * (s + 0.5 * length) + (s - place).max(0.0);
-            n += times(weight, force);
-            m += times(weight, torque) + times(lever, &slope.cross(force));
+            let (xi, beyond) = (*place / length, re(s) > re(*place));
+            let bend = if bends { half * (quarter - xi * xi) * length } else { zero };
+            let weight = half - xi - if beyond { one } else { zero };
+            let past = if beyond { s - *place } else { zero };
+            let lever = bend - (half - xi) * (s + half * length) + past;
+            n += force * weight;
+            m += torque * weight + slope.cross(force) * lever;
         }
         let held = if bends { 1.0 / 12.0 } else { 0.25 };
-        n -= times(s, &f);
-        m += times(0.5 * (s * s - held * length * length), &slope.cross(&f)) - times(s, &c);
+        n -= f * s;
+        let bent = half * (s * s - T::of(held) * length * length);
+        m += slope.cross(&f) * bent - c * s;
         [n, m]
     }
 }
@@ -170,9 +177,9 @@ impl<T: Number> Within<T> {
     /// `φ − φ̄`, the triad, `N` and `M` at the distance `s` from the middle.
     pub(crate) fn at(
         &self,
-        s: f64,
-        length: f64,
-        acting: Option<&Acting<'_, T>>,
+        s: T,
+        length: T,
+        acting: Option<&Acting<T>>,
     ) -> (Vector3<T>, Matrix3<T>, Vector6<T>) {
         let Self { ends, forces, forms, helix: [G, K], turn } = self;
         let part = |k: usize| -> Vector3<T> { forces.fixed_rows::<3>(k).into() };
@@ -184,9 +191,9 @@ impl<T: Number> Within<T> {
         let mean = times(0.5, &(triad(&ends[0]) + triad(&ends[1])));
         let middle = Helicoidal::middle(&mean, forms);
         let R = middle * turn;
-        let slope = (vector(&ends[1], 0) - vector(&ends[0], 0)) / T::of(length);
+        let slope = (vector(&ends[1], 0) - vector(&ends[0], 0)) / length;
         let bent = middle * K.cross(G);
-        let arc = times(s, &slope) + times(0.5 * (s * s - 0.25 * length * length), &bent);
+        let arc = slope * s + bent * (T::of(0.5) * (s * s - T::of(0.25) * length * length));
         let [f, c] = acting.map_or_else(|| [Vector3::zeros(); 2], |own| own.at(s, &slope));
         let n = part(12) + f;
         let m = times(0.5, &(torque(1) - torque(0))) - arc.cross(&part(12)) + c;
@@ -231,7 +238,8 @@ fn station(
             (*place, [force, torque])
         };
         Acting {
-            element,
+            length,
+            bends: element.bends_within(),
             mass: model.elements.section(element).mass_matrix(),
             motion: loads.motion(element),
             loads: loads.loads.iter().map(load).collect(),
@@ -250,27 +258,21 @@ fn station(
 
 /// A place within a helicoidal element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Off {
-    middle: f64, // of the element, from the start of the beam, m
-    s: f64,      // of the place, from the middle, m
-    length: f64, // of the element, m
+struct Off<T = f64> {
+    middle: T, // of the element, from the start of the beam, m
+    s: T,      // of the place, from the middle, m
+    length: T, // of the element, m
 }
 
 /// A place of a beam where strains and section forces are read: weights of the sections next to it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SectionPlace {
+pub struct SectionPlace<T = f64> {
     part: Beam,
-    weights: Vec<f64>, // of the sections of the part
-    off: Option<Off>,
+    weights: Vec<T>, // of the sections of the part
+    off: Option<Off<T>>,
 }
 
 impl SectionPlace {
-    /// The middle of an element, counted along the beam from 0.
-    #[must_use]
-    pub fn of_element(beam: &Beam, element: usize) -> Self {
-        Self { part: part(beam, element..element + 1), weights: vec![1.0], off: None }
-    }
-
     /// At the reference arc length `along` from the start of the beam, m. Within a helicoidal
     /// element by what acts along it; between elements of mean directors linear through their
     /// middles, where a load on a node smears over its two elements. Of order 2 in the length of
@@ -280,21 +282,7 @@ impl SectionPlace {
     /// When the beam has no elements.
     #[must_use]
     pub fn at(model: &BeamElements, beam: &Beam, along: f64) -> Self {
-        let own = model.of(beam);
-        let (element, start) = model.first_element(beam, |end| along <= end);
-        let length = own[element].length;
-        let middle = start + 0.5 * length;
-        if own[element].law.kind() != ElementKind::MeanDirectors {
-            let off = Some(Off { middle, s: along - middle, length });
-            return Self { off, ..Self::of_element(beam, element) };
-        }
-        let first = if along >= middle { element } else { element.saturating_sub(1) };
-        let first = first.min(own.len().saturating_sub(2));
-        let Some(next) = own.get(first + 1) else { return Self::of_element(beam, first) };
-        let start = if first < element { start - own[first].length } else { start };
-        let between = 0.5 * (own[first].length + next.length);
-        let second = (along - start - 0.5 * own[first].length) / between;
-        Self { part: part(beam, first..first + 2), weights: vec![1.0 - second, second], off: None }
+        Self::at_with(model, beam, along, |element| model.elements.list()[element].length)
     }
 
     /// Whether what acts along the beam enters.
@@ -302,24 +290,93 @@ impl SectionPlace {
     pub fn is_within_element(&self) -> bool {
         self.off.is_some()
     }
+}
+
+impl<T: Number> SectionPlace<T> {
+    /// The middle of an element, counted along the beam from 0.
+    #[must_use]
+    pub fn of_element(beam: &Beam, element: usize) -> Self {
+        let weights = vec![T::of(1.0)];
+        Self { part: part(beam, element..element + 1), weights, off: None }
+    }
+
+    /// As [`SectionPlace::at`], with the lengths of all elements, m.
+    ///
+    /// # Panics
+    /// When the beam has no elements.
+    #[must_use]
+    pub fn at_with(
+        model: &BeamElements,
+        beam: &Beam,
+        along: T,
+        length: impl Fn(usize) -> T,
+    ) -> Self {
+        let own = model.of(beam);
+        let (element, _) = model.first_element(beam, |end| re(along) <= end);
+        let length = |k: usize| length(beam.elements.start + k);
+        let start_of = |k: usize| (0..k).map(length).fold(T::of(0.0), |sum, own| sum + own);
+        let half = T::of(0.5);
+        let start = start_of(element);
+        let middle = start + half * length(element);
+        if own[element].law.kind() != ElementKind::MeanDirectors {
+            let off = Some(Off { middle, s: along - middle, length: length(element) });
+            return Self { off, ..Self::of_element(beam, element) };
+        }
+        let first = if re(along) >= re(middle) { element } else { element.saturating_sub(1) };
+        let first = first.min(own.len().saturating_sub(2));
+        if first + 1 >= own.len() {
+            return Self::of_element(beam, first);
+        }
+        let start = if first < element { start - length(first) } else { start };
+        let between = half * (length(first) + length(first + 1));
+        let second = (along - start - half * length(first)) / between;
+        let weights = vec![T::of(1.0) - second, second];
+        Self { part: part(beam, first..first + 2), weights, off: None }
+    }
 
     /// A load at the arc length `along` from the start of the beam, m, or along all of it; `None`
     /// where it does not enter.
     #[must_use]
-    pub fn load(&self, along: Option<f64>, load: Load) -> Option<BeamLoad> {
+    pub fn load(&self, along: Option<T>, load: Load) -> Option<BeamLoad<T>> {
         let Off { middle, length, .. } = self.off?;
         let place = along.map(|along| along - middle);
-        let inside = place.is_none_or(|place| place.abs() <= 0.5 * length);
+        let inside = place.is_none_or(|place| re(place).abs() <= 0.5 * re(length));
         inside.then_some(BeamLoad { place, load })
     }
 
     /// The elements that count, with their weights, and the distance from the middle of the one
     /// element within which it is.
-    pub(crate) fn parts(&self) -> (impl Iterator<Item = (usize, f64)>, Option<f64>) {
+    pub(crate) fn parts(&self) -> (impl Iterator<Item = (usize, T)>, Option<T>) {
         let weights = self.weights.iter().copied();
         (self.part.elements.clone().zip(weights), self.off.as_ref().map(|off| off.s))
     }
+}
 
+impl SectionPlace<Dual64> {
+    /// Whether it, or a load, moves past what its quantities have a jump or a kink at: a node, the
+    /// place of a load, the middle of an element of mean directors.
+    #[must_use]
+    pub fn passes(&self, loads: &[BeamLoad<Dual64>]) -> bool {
+        let Some(Off { s, length, .. }) = self.off else {
+            let own = self.weights.iter();
+            return own.into_iter().any(|own| own.re.abs() < AT_NODE && own.eps.abs() > AT_NODE);
+        };
+        let apart = |a: Dual64, b: Dual64| {
+            let by = (a - b) / length;
+            by.re.abs() < AT_NODE && by.eps.abs() > AT_NODE
+        };
+        let half = length * 0.5;
+        let at_load = |own: &BeamLoad<Dual64>| {
+            own.place.is_some_and(|at| [s, half, -half].iter().any(|own| apart(at, *own)))
+        };
+        apart(s, half) || apart(s, -half) || loads.iter().any(at_load)
+    }
+}
+
+/// How near a place counts as at it, in parts of an element.
+const AT_NODE: f64 = 1e-9;
+
+impl SectionPlace {
     /// A quantity of a section there, in the configuration `q`.
     #[must_use]
     pub fn read<const N: usize>(

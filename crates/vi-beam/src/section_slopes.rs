@@ -13,7 +13,6 @@ use crate::element::{Element, StrainLaw};
 use crate::helicoidal::{self, split};
 use crate::model::BeamElements;
 use crate::section_force::{Acting, BeamLoad, LineLoads, SectionPlace, Within, mean};
-use crate::small::times;
 use crate::strain::{ElementCoordinates, Strain};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use vi_core::num_dual::Dual64;
@@ -33,6 +32,17 @@ pub struct SectionChange<'a> {
     pub gravity: Vector3<f64>,
     /// Loads that come to the others.
     pub loads: &'a [BeamLoad],
+    /// The place and the loads there, in their order, where they move.
+    pub moved: Option<Moved<'a>>,
+}
+
+/// A place of a section that moves, with the loads next to it.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved<'a> {
+    /// The place.
+    pub place: &'a SectionPlace<Dual64>,
+    /// The loads.
+    pub loads: &'a [BeamLoad<Dual64>],
 }
 
 /// `x + ε ẋ`.
@@ -52,10 +62,17 @@ impl SectionPlace {
     ) -> [Vector6<Dual64>; 2] {
         let zero = Vector6::from_element(Dual64::from_re(0.0));
         let (parts, off) = self.parts();
+        let mut parts: Vec<_> =
+            parts.map(|(element, weight)| (element, Dual64::from_re(weight))).collect();
+        let mut off = off.map(Dual64::from_re);
+        if let Some(moved) = &change.moved {
+            let (own, s) = moved.place.parts();
+            (parts, off) = (own.collect(), s);
+        }
         let place = off.map(|s| (s, loads));
-        parts.fold([zero; 2], |[strains, stresses], (index, weight)| {
+        parts.into_iter().fold([zero; 2], |[strains, stresses], (index, weight)| {
             let [strain, stress] = station(model, index, q, place, change);
-            [strains + times(weight, &strain), stresses + times(weight, &stress)]
+            [strains + strain * weight, stresses + stress * weight]
         })
     }
 
@@ -73,7 +90,7 @@ fn station(
     model: &BeamElements,
     index: usize,
     q: &[f64],
-    place: Option<(f64, &LineLoads<'_>)>,
+    place: Option<(Dual64, &LineLoads<'_>)>,
     change: &SectionChange<'_>,
 ) -> [Vector6<Dual64>; 2] {
     let element = &model.elements.list()[index];
@@ -88,9 +105,9 @@ fn station(
     let strain = strain.zip_map(&by, Dual64::new);
     let given = || model.elements.stiffness(element).map(Dual64::from_re);
     let stress = stress(element, &own.map_or_else(given, |own| own.stiffness), &strain);
-    let length = element.length;
-    let StrainLaw::Helicoidal(_) = &element.law else { return [strain, stress] };
-    let n = times(length, &stress);
+    let length = own.map_or(Dual64::from_re(element.length), |own| own.length);
+    let StrainLaw::Helicoidal(law) = &element.law else { return [strain, stress] };
+    let n = stress * length;
     let [value, slope]: [Strain; 2] = [n.map(|n| n.re), n.map(|n| n.eps)];
     let mut forces: ElementCoordinates = match own {
         None => at.force(&slope),
@@ -98,22 +115,24 @@ fn station(
     };
     forces += at.tangent(&Matrix6::zeros(), &value) * rate;
     let forces = at.force(&value).zip_map(&forces, Dual64::new);
-    let y = helicoidal::forms(&x, length);
-    let y_rate = helicoidal::gradients(&x, length).tr_mul(&rate);
-    let (G, K) = split(&element.measures(&x));
-    let helix_rate = at.forms.as_ref().map_or_else(Strain::zeros, |own| own.helix_rate(&y_rate));
-    let (G_rate, K_rate) = split(&helix_rate);
-    let s = place.map_or(0.0, |(s, _)| s);
-    let turn = rotation::exp(&(s * K));
-    let spin = rotation::tangent(&(s * K)) * (s * K_rate);
+    let moving = x.zip_map(&rate, Dual64::new);
+    let forms = helicoidal::forms(&moving, length);
+    let given = || law.map(Dual64::from_re);
+    let law = own.and_then(|own| own.law.clone()).unwrap_or_else(given);
+    let (G, K) = split(&law.helix(&forms));
+    let s = place.map_or(Dual64::from_re(0.0), |(s, _)| s);
+    let angle = K * s;
+    let [at_s, of_s]: [Vector3<f64>; 2] = [angle.map(|own| own.re), angle.map(|own| own.eps)];
+    let turn = rotation::exp(&at_s);
+    let spin = rotation::tangent(&at_s) * of_s;
     let node = |all: &ElementCoordinates, k: usize| -> [f64; 12] {
         std::array::from_fn(|i| all[12 * k + i])
     };
     let within = Within {
         ends: [0, 1].map(|k| with(&node(&x, k), &node(&rate, k))),
         forces,
-        forms: y.zip_map(&y_rate, Dual64::new),
-        helix: [G.zip_map(&G_rate, Dual64::new), K.zip_map(&K_rate, Dual64::new)],
+        forms,
+        helix: [G, K],
         turn: turn.zip_map(&(spin.cross_matrix() * turn), Dual64::new),
     };
     let acting = place.map(|(_, loads)| acting((model, element, own), q, loads, change));
@@ -130,36 +149,49 @@ fn station(
 }
 
 /// What acts along an element, as it changes.
-fn acting<'a>(
-    (model, element, changed): (&BeamElements, &'a Element, Option<&Changed>),
+fn acting(
+    (model, element, changed): (&BeamElements, &Element, Option<&Changed>),
     q: &[f64],
     loads: &LineLoads<'_>,
     change: &SectionChange<'_>,
-) -> Acting<'a, Dual64> {
+) -> Acting<Dual64> {
     let (frame, turned) = (mean(element, q), mean(element, change.position));
     let still = change.acceleration.is_empty();
     let mut faster = if still { [0.0; 12] } else { mean(element, change.acceleration) };
     (0..3).for_each(|i| faster[i] -= change.gravity[i]);
     let none = Wrench { force: Vector3::zeros(), torque: Vector3::zeros() };
-    let both = |place: Option<f64>, now: Wrench, moved: Wrench| {
+    let both = |place: Option<Dual64>, now: Wrench, moved: Wrench| {
         let both = [(now.force, moved.force), (now.torque, moved.torque)];
         (place, both.map(|(now, moved)| now.zip_map(&moved, Dual64::new)))
     };
-    let own = |BeamLoad { place, load }: &BeamLoad| {
+    let own = |(k, BeamLoad { place, load }): (usize, &BeamLoad)| {
+        let place = match &change.moved {
+            Some(moved) => moved.loads.get(k).and_then(|own| own.place),
+            None => place.map(Dual64::from_re),
+        };
         let moved = match load.kind() {
             LoadKind::Follower => load.wrench(loads.t, &turned), // linear in the directors
             LoadKind::Dead => none,
         };
-        both(*place, load.wrench(loads.t, &frame), moved)
+        both(place, load.wrench(loads.t, &frame), moved)
     };
-    let comes = |own: &BeamLoad| both(own.place, none, own.load.wrench(loads.t, &frame));
+    let comes = |own: &BeamLoad| {
+        both(own.place.map(Dual64::from_re), none, own.load.wrench(loads.t, &frame))
+    };
     let section = model.elements.section(element);
     Acting {
-        element,
+        length: changed.map_or(Dual64::from_re(element.length), |own| own.length),
+        bends: element.bends_within(),
         mass: changed.map_or_else(|| section.mass_matrix().map(Dual64::from_re), |own| own.mass),
         frame: with(&frame, &turned),
         motion: with(&loads.motion(element), &faster),
-        loads: loads.loads.iter().map(own).chain(change.loads.iter().map(comes)).collect(),
+        loads: loads
+            .loads
+            .iter()
+            .enumerate()
+            .map(own)
+            .chain(change.loads.iter().map(comes))
+            .collect(),
     }
 }
 
@@ -219,6 +251,7 @@ mod tests {
                     elements: None,
                     gravity: Vector3::zeros(),
                     loads: &[],
+                    moved: None,
                 };
                 let found = place.change(&model, &q, &acting, &change);
                 let e = 1e-3;

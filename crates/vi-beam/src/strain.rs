@@ -11,12 +11,14 @@
 //! `φ' = (φ^b − φ^a)/ℓ`.
 //!
 //! Letters: `x = (φ^a, d_1^a, d_2^a, d_3^a, φ^b, d_1^b, d_2^b, d_3^b) ∈ R^24` element coordinates,
-//! `ε = (Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)`, `ℓ` reference length (m).
+//! `ε = (Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)`, `ℓ` reference length (m). Of numbers with tangents they
+//! change with coordinates and length.
 //!
 //! Source: theory §6; Betsch & Steinmann, IJNME 54 (2002) 1775–1788.
 #![allow(non_snake_case)] // B: the matrix of a strain
 
 use nalgebra::{SMatrix, SVector, Vector3};
+use vi_core::Number;
 
 /// Coordinates of an element: two frames.
 pub const SIZE: usize = 24;
@@ -24,28 +26,28 @@ pub const SIZE: usize = 24;
 pub const STRAINS: usize = 6;
 
 /// `x`, the coordinates of both nodes.
-pub type ElementCoordinates = SVector<f64, SIZE>;
+pub type ElementCoordinates<T = f64> = SVector<T, SIZE>;
 /// `ε = (Γ_1, Γ_2, Γ_3, K_1, K_2, K_3)`: 1 and 1/m.
-pub type Strain = SVector<f64, STRAINS>;
+pub type Strain<T = f64> = SVector<T, STRAINS>;
 /// Columns `𝔹_i x`, the gradients of the strains.
-pub type StrainGradients = SMatrix<f64, SIZE, STRAINS>;
+pub type StrainGradients<T = f64> = SMatrix<T, SIZE, STRAINS>;
 
 /// Slots of `K_1, K_2, K_3`: `K = (x_p·x_q − x_r·x_s)/(2ℓ)` with vectors numbered `φ^a` 0 …
 /// `d_3^b` 7.
 const CURVATURE: [[usize; 4]; 3] = [[3, 6, 2, 7], [1, 7, 3, 5], [2, 5, 1, 6]];
 
-fn vector(x: &ElementCoordinates, slot: usize) -> Vector3<f64> {
+fn vector<T: Number>(x: &ElementCoordinates<T>, slot: usize) -> Vector3<T> {
     x.fixed_rows::<3>(3 * slot).into()
 }
 
 /// `½ xᵀ𝔹_i x` for all six strains: the strains before the reference values are taken off.
 #[must_use]
-pub fn forms(x: &ElementCoordinates, length: f64) -> Strain {
+pub fn forms<T: Number>(x: &ElementCoordinates<T>, length: T) -> Strain<T> {
     let slope = (vector(x, 4) - vector(x, 0)) / length;
-    let half = 0.5 / length;
+    let half = T::of(0.5) / length;
     let mut out = Strain::zeros();
     for i in 0..3 {
-        out[i] = 0.5 * (vector(x, 1 + i) + vector(x, 5 + i)).dot(&slope); // [6.4]
+        out[i] = T::of(0.5) * (vector(x, 1 + i) + vector(x, 5 + i)).dot(&slope); // [6.4]
         let [p, q, r, s] = CURVATURE[i];
         out[3 + i] = half * (vector(x, p).dot(&vector(x, q)) - vector(x, r).dot(&vector(x, s)));
     }
@@ -54,13 +56,13 @@ pub fn forms(x: &ElementCoordinates, length: f64) -> Strain {
 
 /// Columns `𝔹_i x`.
 #[must_use]
-pub fn gradients(x: &ElementCoordinates, length: f64) -> StrainGradients {
+pub fn gradients<T: Number>(x: &ElementCoordinates<T>, length: T) -> StrainGradients<T> {
     let mut out = StrainGradients::zeros();
-    let half = 0.5 / length;
-    let half_slope = half * (vector(x, 4) - vector(x, 0));
+    let half = T::of(0.5) / length;
+    let half_slope = (vector(x, 4) - vector(x, 0)) * half;
     for i in 0..3 {
-        let mean = half * (vector(x, 1 + i) + vector(x, 5 + i)); // d̄_I/ℓ
-        let mut set = |strain: usize, slot: usize, value: &Vector3<f64>| {
+        let mean = (vector(x, 1 + i) + vector(x, 5 + i)) * half; // d̄_I/ℓ
+        let mut set = |strain: usize, slot: usize, value: &Vector3<T>| {
             out.fixed_view_mut::<3, 1>(3 * slot, strain).copy_from(value);
         };
         set(i, 0, &-mean); // [6.5]
@@ -68,36 +70,36 @@ pub fn gradients(x: &ElementCoordinates, length: f64) -> StrainGradients {
         set(i, 1 + i, &half_slope);
         set(i, 5 + i, &half_slope);
         let [p, q, r, s] = CURVATURE[i];
-        set(3 + i, p, &(half * vector(x, q)));
-        set(3 + i, q, &(half * vector(x, p)));
-        set(3 + i, r, &(-half * vector(x, s)));
-        set(3 + i, s, &(-half * vector(x, r)));
+        set(3 + i, p, &(vector(x, q) * half));
+        set(3 + i, q, &(vector(x, p) * half));
+        set(3 + i, r, &(vector(x, s) * -half));
+        set(3 + i, s, &(vector(x, r) * -half));
     }
     out
 }
 
 /// `Σ_i n_i 𝔹_i x`, the product of the gradients with `n`, for each column `n`.
 #[must_use]
-pub fn force<const N: usize>(
-    x: &ElementCoordinates,
-    length: f64,
-    n: &SMatrix<f64, STRAINS, N>,
-) -> SMatrix<f64, SIZE, N> {
-    let half = 0.5 / length;
-    let half_slope = half * (vector(x, 4) - vector(x, 0));
-    let sums: [Vector3<f64>; 3] = std::array::from_fn(|i| vector(x, 1 + i) + vector(x, 5 + i));
-    let mut force = SMatrix::<f64, SIZE, N>::zeros();
+pub fn force<T: Number, const N: usize>(
+    x: &ElementCoordinates<T>,
+    length: T,
+    n: &SMatrix<T, STRAINS, N>,
+) -> SMatrix<T, SIZE, N> {
+    let half = T::of(0.5) / length;
+    let half_slope = (vector(x, 4) - vector(x, 0)) * half;
+    let sums: [Vector3<T>; 3] = std::array::from_fn(|i| vector(x, 1 + i) + vector(x, 5 + i));
+    let mut force = SMatrix::<T, SIZE, N>::zeros();
     for (column, n) in n.column_iter().enumerate() {
         let (mut end, mut out) = (Vector3::zeros(), [Vector3::zeros(); 8]);
         for i in 0..3 {
-            end += (half * n[i]) * sums[i]; // [6.5]
-            out[1 + i] += n[i] * half_slope;
-            out[5 + i] += n[i] * half_slope;
+            end += sums[i] * (half * n[i]); // [6.5]
+            out[1 + i] += half_slope * n[i];
+            out[5 + i] += half_slope * n[i];
             let ([p, q, r, s], moment) = (CURVATURE[i], half * n[3 + i]);
-            out[p] += moment * vector(x, q);
-            out[q] += moment * vector(x, p);
-            out[r] -= moment * vector(x, s);
-            out[s] -= moment * vector(x, r);
+            out[p] += vector(x, q) * moment;
+            out[q] += vector(x, p) * moment;
+            out[r] -= vector(x, s) * moment;
+            out[s] -= vector(x, r) * moment;
         }
         (out[0], out[4]) = (-end, end);
         let own = &mut force.as_mut_slice()[SIZE * column..SIZE * (column + 1)];

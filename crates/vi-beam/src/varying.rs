@@ -14,20 +14,21 @@
 use crate::mass_kind::MassKind;
 use crate::section::Section;
 use nalgebra::{Matrix4, SMatrix, SVector};
+use vi_core::Number;
 
 /// A section at a place of an element, one of a quadrature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPoint<T = f64> {
     /// `ξ`, −½ at the first node, ½ at the second.
-    pub place: f64,
+    pub place: T,
     /// `w`, its part of the element.
-    pub weight: f64,
+    pub weight: T,
     /// The section there.
     pub section: Section<T>,
 }
 
-impl SectionPoint {
-    pub(crate) fn mass(&self) -> MassPoint {
+impl<T: Number> SectionPoint<T> {
+    pub(crate) fn mass(&self) -> MassPoint<T> {
         let (place, weight) = (self.place, self.weight);
         MassPoint { place, weight, mass: self.section.mass_matrix() }
     }
@@ -35,42 +36,47 @@ impl SectionPoint {
 
 /// The mass per length at a place of an element.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct MassPoint {
-    pub(crate) place: f64,
-    pub(crate) weight: f64,
-    pub(crate) mass: Matrix4<f64>,
+pub(crate) struct MassPoint<T = f64> {
+    pub(crate) place: T,
+    pub(crate) weight: T,
+    pub(crate) mass: Matrix4<T>,
 }
 
 /// Three Gauss points between two places of an element, with their parts of it.
 #[must_use]
-pub fn quadrature(from: f64, to: f64) -> [[f64; 2]; 3] {
-    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
-    let far = 0.6_f64.sqrt() * half;
-    let [inner, outer] = [8.0 / 9.0 * half, 5.0 / 9.0 * half];
+pub fn quadrature<T: Number>(from: T, to: T) -> [[T; 2]; 3] {
+    let (middle, half) = (T::of(0.5) * (from + to), T::of(0.5) * (to - from));
+    let far = T::of(0.6_f64.sqrt()) * half;
+    let [inner, outer] = [T::of(8.0 / 9.0) * half, T::of(5.0 / 9.0) * half];
     [[middle - far, outer], [middle, inner], [middle + far, outer]]
 }
 
 /// As [`MassKind::matrix`], of a mass that changes along the element.
-pub(crate) fn mass_along(kind: MassKind, length: f64, points: &[MassPoint]) -> SMatrix<f64, 8, 8> {
-    type Shape = SVector<f64, 8>;
-    let mut M = SMatrix::<f64, 8, 8>::zeros();
-    for MassPoint { place: xi, weight, mass } in points {
-        let (N, m) = ([0.5 - xi, 0.5 + xi], *weight * length * mass);
+pub(crate) fn mass_along<T: Number>(
+    kind: MassKind,
+    length: T,
+    points: &[MassPoint<T>],
+) -> SMatrix<T, 8, 8> {
+    let (half, quarter) = (T::of(0.5), T::of(0.25));
+    let mut M = SMatrix::<T, 8, 8>::zeros();
+    for MassPoint { place, weight, mass } in points {
+        let (xi, m) = (*place, mass * (*weight * length));
+        let N = [half - xi, half + xi];
         let linear = |slot: usize| {
-            let mut shape = Shape::zeros();
+            let mut shape = SVector::<T, 8>::zeros();
             (shape[slot], shape[4 + slot]) = (N[0], N[1]);
             shape
         };
         let mut center = linear(0);
         if kind == MassKind::Quadratic {
-            let bend = 0.5 * (xi * xi - 0.25) * length;
+            let bend = half * (xi * xi - quarter) * length;
             (center[3], center[7]) = (-bend, bend);
         }
         let shape = |slot: usize| if slot == 0 { center } else { linear(slot) };
         for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
             let of_center = i == 0 || j == 0;
             if kind == MassKind::Consistent || (kind == MassKind::Quadratic && of_center) {
-                M += m[(i, j)] * shape(i) * shape(j).transpose();
+                M += (shape(i) * m[(i, j)]) * shape(j).transpose();
             } else {
                 M[(i, j)] += N[0] * m[(i, j)];
                 M[(4 + i, 4 + j)] += N[1] * m[(i, j)];

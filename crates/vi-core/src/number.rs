@@ -22,6 +22,10 @@ pub trait Number: nalgebra::RealField + Copy {
     fn sine_cosine(self) -> [Self; 2];
     /// `tanh`.
     fn hyperbolic_tangent(self) -> Self;
+    /// `arcsin` of a number in `[0, 1)`, rad.
+    fn arcsine(self) -> Self {
+        self.arctangent((Self::of(1.0) - self * self).sqrt())
+    }
 }
 
 impl Number for f64 {
@@ -48,6 +52,10 @@ impl Number for f64 {
     #[inline]
     fn hyperbolic_tangent(self) -> Self {
         libm::tanh(self)
+    }
+    #[inline]
+    fn arcsine(self) -> Self {
+        libm::asin(self)
     }
 }
 

@@ -7,8 +7,10 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 use nalgebra::{Matrix3, Vector3};
+use vi_beam::Mesh;
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
 
@@ -16,7 +18,7 @@ use super::start::is_ground;
 use crate::text::tangents::ParameterTangent;
 use crate::types::orientation::{Orientation, Turning, orthonormal, rotation_of};
 use crate::types::reference_frame::MovingFrame;
-use crate::{Bushing, Joint, Model};
+use crate::{Beam, Bushing, Joint, Model};
 
 /// The derivatives of the numbers of a model by a parameter, each taken by who reads the number.
 #[derive(Debug)]
@@ -80,6 +82,12 @@ pub struct Placements<'a> {
     resolved: &'a Model,
     slopes: &'a Slopes<'a>,
     known: RefCell<BTreeMap<String, MovingFrame<Dual64>>>,
+    nodes: RefCell<BTreeMap<String, Rc<Vec<MovingFrame<Dual64>>>>>,
+}
+
+/// A value with the derivative of another number.
+fn with_slope(value: Dual64, slope: Dual64) -> Dual64 {
+    Dual64::new(value.re, slope.eps)
 }
 
 /// A frame that does not change.
@@ -97,7 +105,7 @@ impl<'a> Placements<'a> {
     /// Of a model as it is stated and as it is resolved.
     #[must_use]
     pub fn new(stated: &'a Model, resolved: &'a Model, slopes: &'a Slopes<'a>) -> Self {
-        Self { stated, resolved, slopes, known: RefCell::default() }
+        Self { stated, resolved, slopes, known: RefCell::default(), nodes: RefCell::default() }
     }
 
     /// The frame that a part names in `relative_to`; the inertial one where it names none.
@@ -172,14 +180,65 @@ impl<'a> Placements<'a> {
         }
     }
 
-    /// A node of a beam, whose numbers do not change.
+    /// A node of a beam.
     fn node(&self, name: &str) -> MovingFrame<Dual64> {
         let node = || {
             let (beam, place) = name.split_once('.')?;
-            let beam = self.resolved.beam(beam)?;
-            super::posed::nodes(beam).get(beam.node(place)?).copied()
+            let beam = self.stated.beam(beam)?;
+            self.nodes(beam).get(beam.node(place)?).copied()
         };
-        node().map_or_else(MovingFrame::inertial, |node| constant(&node))
+        node().unwrap_or_else(MovingFrame::inertial)
+    }
+
+    /// The nodes of a beam, numbered along it: the values are those of the resolved model.
+    #[must_use]
+    pub fn nodes(&self, beam: &Beam) -> Rc<Vec<MovingFrame<Dual64>>> {
+        if let Some(known) = self.nodes.borrow().get(&beam.name) {
+            return Rc::clone(known);
+        }
+        let found = Rc::new(self.nodes_of(beam));
+        self.nodes.borrow_mut().insert(beam.name.clone(), Rc::clone(&found));
+        found
+    }
+
+    fn nodes_of(&self, beam: &Beam) -> Vec<MovingFrame<Dual64>> {
+        let resolved = self.resolved.beam(&beam.name).map(super::posed::nodes).unwrap_or_default();
+        let key = format!("beam.{}", beam.name);
+        let base = self.base(beam.relative_to.as_deref());
+        let meshes = self.meshes(beam);
+        let placed = meshes.iter().flat_map(|own| own.centers.iter().zip(&own.triads));
+        let first = meshes.first().map_or_else(Vector3::zeros, |own| own.centers[0]);
+        let vector = |part: &str, own| self.slopes.vector(&format!("{key}.{part}"), own);
+        let velocity = base.rotation * vector("velocity", beam.velocity);
+        let velocity = base.velocity_at(&base.point(first)) + velocity;
+        let omega = base.omega + base.rotation * vector("angular_velocity", beam.angular_velocity);
+        let moving = MovingFrame { origin: base.point(first), velocity, omega, ..base };
+        let node =
+            |(own, (center, triad)): (&MovingFrame, (&Vector3<Dual64>, &Matrix3<Dual64>))| {
+                let origin = base.point(*center);
+                let velocity = moving.velocity_at(&origin);
+                let own = constant(own);
+                let by = |x: &Vector3<Dual64>, own: &Vector3<Dual64>| own.zip_map(x, with_slope);
+                MovingFrame {
+                    origin: by(&origin, &own.origin),
+                    rotation: own.rotation.zip_map(&(base.rotation * triad), with_slope),
+                    velocity: by(&velocity, &own.velocity),
+                    omega: by(&omega, &own.omega),
+                }
+            };
+        resolved.iter().zip(placed).map(node).collect()
+    }
+
+    /// The legs of a beam in the frame in which it is stated.
+    #[must_use]
+    pub fn meshes(&self, beam: &Beam) -> Vec<Mesh<Dual64>> {
+        let mut beam = beam.clone();
+        if let Some(resolved) = self.resolved.beam(&beam.name) {
+            beam.stations.clone_from(&resolved.stations); // of a file
+        }
+        let key = format!("beam.{}", beam.name);
+        let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
+        beam.meshes_by(&number).unwrap_or_default()
     }
 
     /// The orientation that is stated below a key.

@@ -17,7 +17,7 @@ use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
 use super::settings::{Settings, Strain};
-use super::station::{Along, NumbersAlong, Station, Stations};
+use super::station::{Along, NumbersAlong, Station, Stations, re};
 use crate::text::problem::{Problem, fault};
 
 /// Intervals between nodes that a beam may have at most.
@@ -224,8 +224,17 @@ fn one() -> usize {
 }
 
 /// Length of a centre line, m.
-fn drawn_length(meshes: &[Mesh]) -> f64 {
-    meshes.iter().flat_map(|mesh| &mesh.lengths).sum()
+fn drawn_length<T: Number>(meshes: &[Mesh<T>]) -> T {
+    let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
+    lengths.fold(T::of(0.0), |sum, own| sum + *own)
+}
+
+/// The numbers at key paths below that of a beam, from their values.
+pub(crate) type NumbersOf<'a, T> = &'a dyn Fn(&str, f64) -> T;
+
+/// Three numbers below a key path.
+fn vector<T: Number>(number: NumbersOf<'_, T>, key: &str, x: &[f64; 3]) -> Vector3<T> {
+    Vector3::from_fn(|i, _| number(&format!("{key}.{i}"), x[i]))
 }
 
 impl Beam {
@@ -258,15 +267,24 @@ impl Beam {
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
     pub fn rest(&self) -> Result<Option<Rest>, Problem> {
+        self.rest_by(&|_, value| value)
+    }
+
+    /// The same of its numbers.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn rest_by<T: Number>(&self, number: NumbersOf<'_, T>) -> Result<Option<Rest<T>>, Problem> {
         if let Some(tension) = self.prestress {
-            let stress = Vector6::new(0.0, 0.0, tension, 0.0, 0.0, 0.0);
+            let mut stress = Vector6::from_element(T::of(0.0));
+            stress[2] = number("prestress", tension);
             return Ok(Some(Rest::Prestressed(stress)));
         }
         let stretch = match self.length {
-            Some(length) => drawn_length(&self.drawn_meshes()?) / length,
-            None => 1.0,
+            Some(length) => drawn_length(&self.drawn_meshes(number)?) / number("length", length),
+            None => T::of(1.0),
         };
-        let curvature = self.curvature.map(Vector3::from);
+        let curvature = self.curvature.map(|own| vector(number, "curvature", &own));
         let stated = self.length.is_some() || curvature.is_some();
         Ok(stated.then_some(Rest::Shape { stretch, curvature }))
     }
@@ -303,13 +321,21 @@ impl Beam {
         }
     }
 
-    fn rule(&self, leg: usize, tangent: Vector3<f64>) -> FrameRule {
+    fn rule<T: Number>(
+        &self,
+        leg: usize,
+        tangent: Vector3<T>,
+        number: NumbersOf<'_, T>,
+    ) -> FrameRule<T> {
         let stated = match &self.normal {
-            Some(Normal::One(normal)) => Some(*normal),
-            Some(Normal::Legs(normals)) => normals.get(leg).copied(),
+            Some(Normal::One(normal)) => Some(vector(number, "normal", normal)),
+            Some(Normal::Legs(normals)) => {
+                let own = normals.get(leg);
+                own.map(|normal| vector(number, &format!("normal.{leg}"), normal))
+            }
             None => None,
         };
-        match (stated.map(Vector3::from), self.twist) {
+        match (stated, self.twist) {
             (Some(normal), Twist::Normal) => FrameRule::Normal(normal),
             (Some(normal), Twist::Minimal) => FrameRule::RotationMinimizing(normal),
             (None, _) => {
@@ -324,22 +350,34 @@ impl Beam {
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
     pub fn meshes(&self) -> Result<Vec<Mesh>, Problem> {
-        let mut meshes = self.plain_meshes()?;
-        if let Some(along) = self.along(&meshes)? {
-            let mut start = 0.0;
+        self.meshes_by(&|_, value| value)
+    }
+
+    /// The same of its numbers.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn meshes_by<T: Number>(&self, number: NumbersOf<'_, T>) -> Result<Vec<Mesh<T>>, Problem> {
+        let mut meshes = self.plain_meshes_by(number)?;
+        if let Some(along) = self.along(&meshes, number)? {
+            let mut start = T::of(0.0);
             for mesh in &mut meshes {
                 along.turn(mesh, start);
-                start += mesh.lengths.iter().sum::<f64>();
+                start += mesh.length();
             }
         }
         Ok(meshes)
     }
 
     /// Its stations, if it has any, on these meshes.
-    fn along(&self, meshes: &[Mesh]) -> Result<Option<Along>, Problem> {
+    fn along<T: Number>(
+        &self,
+        meshes: &[Mesh<T>],
+        number: NumbersOf<'_, T>,
+    ) -> Result<Option<Along<T>>, Problem> {
         let Some(Stations::Rows(rows)) = &self.stations else { return Ok(None) };
-        let length = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
-        Along::new(rows, &self.section, length).map(Some)
+        let length = re(drawn_length(meshes));
+        Along::new((rows, number), &self.section, length).map(Some)
     }
 
     /// Sections along each element, where it has stations.
@@ -350,35 +388,37 @@ impl Beam {
         &self,
         meshes: &[Mesh],
     ) -> Result<Option<Vec<Vec<SectionPoint>>>, Problem> {
-        self.points_along(meshes, &|_, _, value| value)
+        self.points_along(meshes, &|_, value| value, &|_, _, value| value)
     }
 
     fn points_along<T: Number>(
         &self,
-        meshes: &[Mesh],
-        number: NumbersAlong<'_, T>,
+        meshes: &[Mesh<T>],
+        number: NumbersOf<'_, T>,
+        of_section: NumbersAlong<'_, T>,
     ) -> Result<Option<Vec<Vec<SectionPoint<T>>>>, Problem> {
-        let Some(along) = self.along(meshes)? else { return Ok(None) };
-        let mut start = 0.0;
-        let element = |length: &f64| {
+        let Some(along) = self.along(meshes, number)? else { return Ok(None) };
+        let mut start = T::of(0.0);
+        let element = |length: &T| {
             let from = start;
-            start += length;
-            along.points([from, start], number)
+            start += *length;
+            along.points([from, start], of_section)
         };
         let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
         lengths.map(element).collect::<Result<_, _>>().map(Some)
     }
 
-    /// The sections of each of its elements with their derivatives; `slope`: of the numbers at key
-    /// paths below that of the beam.
+    /// The sections of each of its elements with their derivatives; `number`: of those at key paths
+    /// below that of the beam.
     ///
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
     pub fn section_tangents(
         &self,
-        slope: &dyn Fn(&str) -> f64,
+        number: NumbersOf<'_, Dual64>,
     ) -> Result<Vec<Vec<SectionPoint<Dual64>>>, Problem> {
-        let meshes = self.plain_meshes()?;
+        let meshes = self.plain_meshes_by(number)?;
+        let slope = |key: &str| number(key, 0.0).eps;
         let stated = |station: usize, key: &str| -> Option<&Station> {
             let Some(Stations::Rows(rows)) = &self.stations else { return None };
             rows.get(station).filter(|own| own.states(key))
@@ -395,14 +435,32 @@ impl Beam {
             let (from, to) = (at(k, key), at((k + 1).min(last), key));
             Dual64::new(value, from + t * (to - from))
         };
-        if let Some(all) = self.points_along(&meshes, &along)? {
+        if let Some(all) = self.points_along(&meshes, number, &along)? {
             return Ok(all);
         }
         let one = |key: &str, value: f64| Dual64::new(value, slope(&format!("section.{key}")));
         let section = self.section.numbers_by(&one);
         let section = section.map_err(|problem| problem.below("section"))?;
-        let point = SectionPoint { place: 0.0, weight: 1.0, section };
+        let (place, weight) = (Dual64::of(0.0), Dual64::of(1.0));
+        let point = SectionPoint { place, weight, section };
         Ok(vec![vec![point]; meshes.iter().map(|mesh| mesh.lengths.len()).sum()])
+    }
+
+    /// What moves along the beam past a station, at which its section has a kink: `None` where
+    /// nothing does.
+    ///
+    /// # Errors
+    /// [`Problem`] with its key below that of the beam.
+    pub fn passes_station(&self, number: NumbersOf<'_, Dual64>) -> Result<bool, Problem> {
+        let meshes = self.plain_meshes_by(number)?;
+        let Some(along) = self.along(&meshes, number)? else { return Ok(false) };
+        let mut at = Dual64::of(0.0);
+        let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
+        let next = |length: &Dual64| {
+            at += *length;
+            along.passes(at)
+        };
+        Ok(along.passes(Dual64::of(0.0)) || lengths.map(next).any(|passes| passes))
     }
 
     /// Its section at an arc length, m.
@@ -410,7 +468,7 @@ impl Beam {
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
     pub fn section_at(&self, s: f64) -> Result<Numbers, Problem> {
-        match self.along(&self.plain_meshes()?)? {
+        match self.along(&self.plain_meshes()?, &|_, value| value)? {
             Some(along) => along.section(s),
             None => self.section.numbers().map_err(|problem| problem.below("section")),
         }
@@ -470,9 +528,16 @@ impl Beam {
 
     /// The same before its stations twist it.
     pub(crate) fn plain_meshes(&self) -> Result<Vec<Mesh>, Problem> {
-        let mut meshes = self.drawn_meshes()?;
+        self.plain_meshes_by(&|_, value| value)
+    }
+
+    fn plain_meshes_by<T: Number>(
+        &self,
+        number: NumbersOf<'_, T>,
+    ) -> Result<Vec<Mesh<T>>, Problem> {
+        let mut meshes = self.drawn_meshes(number)?;
         if let Some(length) = self.length {
-            let ratio = length / drawn_length(&meshes);
+            let ratio = number("length", length) / drawn_length(&meshes);
             let lengths = meshes.iter_mut().flat_map(|mesh| &mut mesh.lengths);
             lengths.for_each(|own| *own *= ratio);
         }
@@ -480,9 +545,8 @@ impl Beam {
     }
 
     /// The same with the lengths along the centre line.
-    fn drawn_meshes(&self) -> Result<Vec<Mesh>, Problem> {
+    fn drawn_meshes<T: Number>(&self, number: NumbersOf<'_, T>) -> Result<Vec<Mesh<T>>, Problem> {
         self.counts()?;
-        let point = |x: &[f64; 3]| Vector3::from(*x);
         let intervals = |leg: usize| self.elements_of(leg);
         let explain = |key: &'static str| {
             move |error: CurveError| match error {
@@ -497,61 +561,69 @@ impl Beam {
         };
         let Some(curve) = &self.curve else {
             let leg = |(leg, ends): (usize, &[[f64; 3]])| {
-                let (from, to) = (point(&ends[0]), point(&ends[1]));
-                if from == to {
+                if ends[0] == ends[1] {
                     let message = format!("points {leg} and {} are the same", leg + 1);
                     return Err(fault("points", message, "remove one of them"));
                 }
-                let rule = self.rule(leg, to - from);
+                let point = |k: usize, x| vector(number, &format!("points.{k}"), x);
+                let (from, to) = (point(leg, &ends[0]), point(leg + 1, &ends[1]));
+                let rule = self.rule(leg, to - from, number);
                 Mesh::straight(from, to, intervals(leg), rule).map_err(explain("points"))
             };
             return self.points.windows(2).enumerate().map(leg).collect();
         };
+        let along = |key: &str, x| vector(number, &format!("curve.{key}"), x);
         let mesh = match curve {
             Curve::Arc { from, center, axis, angle } => {
-                self.screw_line([from, center, axis], *angle, 0.0)?
+                let numbers = [number("curve.angle", *angle), T::of(0.0)];
+                let stated = [(from, "from"), (center, "center"), (axis, "axis")];
+                self.screw_line(stated.map(|(x, key)| along(key, x)), numbers, number)?
             }
             Curve::Helix { from, center, axis, angle, pitch } => {
-                self.screw_line([from, center, axis], *angle, *pitch)?
+                let numbers = [number("curve.angle", *angle), number("curve.pitch", *pitch)];
+                let stated = [(from, "from"), (center, "center"), (axis, "axis")];
+                self.screw_line(stated.map(|(x, key)| along(key, x)), numbers, number)?
             }
             Curve::Spline { points } => {
-                let points: Vec<_> = points.iter().map(point).collect();
                 if let Some(k) = points.windows(2).position(|pair| pair[0] == pair[1]) {
                     let message = format!("points {k} and {} are the same", k + 1);
                     return Err(fault("curve.points", message, "remove one of them"));
                 }
-                let rule = self.rule(0, points[1] - points[0]);
+                let points = points.iter().enumerate();
+                let points: Vec<_> =
+                    points.map(|(k, x)| along(&format!("points.{k}"), x)).collect();
+                let rule = self.rule(0, points[1] - points[0], number);
                 Mesh::spline(&points, intervals(0), rule).map_err(explain("curve"))?
             }
         };
         Ok(vec![mesh])
     }
 
-    fn screw_line(
+    fn screw_line<T: Number>(
         &self,
-        [from, center, axis]: [&[f64; 3]; 3],
-        angle: f64,
-        pitch: f64,
-    ) -> Result<Mesh, Problem> {
-        let axis = Vector3::from(*axis);
-        if axis.amax() < 1e-100 {
+        [from, center, axis]: [Vector3<T>; 3],
+        [angle, pitch]: [T; 2],
+        number: NumbersOf<'_, T>,
+    ) -> Result<Mesh<T>, Problem> {
+        if axis.map(Number::real).amax() < 1e-100 {
             let message = "the axis has zero length".to_owned();
             return Err(fault("curve.axis", message, "write a direction, such as [0, 0, 1]"));
         }
-        if angle == 0.0 {
+        if re(angle) == 0.0 {
             let message = "the angle is 0: the curve has no length".to_owned();
             return Err(fault("curve.angle", message, "write an angle in rad, or use `points`"));
         }
         let axis = axis.normalize();
-        let (from, center) = (Vector3::from(*from), Vector3::from(*center));
         let foot = center + axis * axis.dot(&(from - center));
         let radius = from - foot;
-        if radius.norm() <= 1e-12 * (from - center).norm() {
+        let real = |x: Vector3<T>| x.map(Number::real);
+        if real(radius).norm() <= 1e-12 * real(from - center).norm() {
             let message = "the curve begins on its axis: it has no radius".to_owned();
             return Err(fault("curve.from", message, "move `from` or `center`"));
         }
-        let tangent = angle.signum() * (axis.cross(&radius) + pitch / std::f64::consts::TAU * axis);
-        let (intervals, rule) = (self.elements_of(0), self.rule(0, tangent));
+        let rise = axis * (pitch / T::of(std::f64::consts::TAU));
+        let tangent = (axis.cross(&radius) + rise) * T::of(re(angle).signum());
+        let (intervals, rule) = (self.elements_of(0), self.rule(0, tangent, number));
         let mesh = Mesh::helix(foot, radius, axis, angle, pitch, intervals, rule);
         mesh.map_err(|error| {
             fault("normal", error.to_string(), "write a direction across the beam")

@@ -60,20 +60,36 @@ impl Station {
 }
 
 /// The number at a key path of a section between two stations, the first of which is given with the
-/// part of the way to the next one, from its value.
+/// part of the way to the next one, from its value at a constant part of the way.
 pub(crate) type NumbersAlong<'a, T> = &'a dyn Fn((usize, f64), &str, f64) -> T;
 
 /// Sections along a beam.
-pub(crate) struct Along {
-    places: Vec<f64>,
-    twists: Vec<f64>,
+pub(crate) struct Along<T = f64> {
+    places: Vec<T>,
+    twists: Vec<T>,
     sections: Vec<Value>,
 }
 
-impl Along {
+/// The number at a key path below a value, if it is one.
+fn number_at(value: &Value, path: &str) -> Option<f64> {
+    let step = |value: &'_ Value, part: &str| -> Option<Value> {
+        match value {
+            Value::Table(table) => table.get(part).cloned(),
+            Value::Array(list) => list.get(part.parse::<usize>().ok()?).cloned(),
+            _ => None,
+        }
+    };
+    path.split('.').try_fold(value.clone(), |value, part| step(&value, part))?.as_float()
+}
+
+impl<T: Number> Along<T> {
     /// Of stations that rise from 0 to the length of the beam, and the section where they state
-    /// none.
-    pub(crate) fn new(rows: &[Station], base: &Section, length: f64) -> Result<Self, Problem> {
+    /// none; `number`: of those at key paths below that of the beam.
+    pub(crate) fn new(
+        (rows, number): (&[Station], &dyn Fn(&str, f64) -> T),
+        base: &Section,
+        length: f64,
+    ) -> Result<Self, Problem> {
         let key = |k: usize| format!("stations[{k}]");
         let help =
             "stations rise from 0 to the length of the beam; repeat one where the section jumps";
@@ -100,14 +116,15 @@ impl Along {
             let section = row.section.as_ref().map_or_else(|| base.clone(), |own| own.over(base));
             let below = format!("{}.section", key(k));
             section.numbers().map_err(|problem| problem.below(&below))?;
-            places.push(row.at);
+            places.push(number(&format!("stations.{k}.at"), row.at));
             sections.push(Value::try_from(&section).expect("a section is TOML"));
         }
-        let twists = rows.iter().map(|row| row.twist).collect();
+        let twist = |(k, row): (usize, &Station)| number(&format!("stations.{k}.twist"), row.twist);
+        let twists = rows.iter().enumerate().map(twist).collect();
         let along = Self { places, twists, sections };
         for k in 1..rows.len() {
-            let jump = along.places[k] <= along.places[k - 1];
-            if jump && along.twists[k] - along.twists[k - 1] != 0.0 {
+            let jump = rows[k].at <= rows[k - 1].at;
+            if jump && rows[k].twist - rows[k - 1].twist != 0.0 {
                 let message = "the beam is not twisted by a jump";
                 return Err(fault(
                     &format!("{}.twist", key(k)),
@@ -127,58 +144,68 @@ impl Along {
 
     /// The last station at or before `s` that is not the last of all, and the part of the way to
     /// the next one.
-    fn interval(&self, s: f64) -> (usize, f64) {
+    fn interval(&self, s: T) -> (usize, T) {
         let last = self.places.len().saturating_sub(2);
-        let k = self.places.partition_point(|at| *at <= s).saturating_sub(1).min(last);
-        let Some(next) = self.places.get(k + 1) else { return (k, 0.0) };
-        let length = next - self.places[k];
-        (k, if length > 0.0 { ((s - self.places[k]) / length).clamp(0.0, 1.0) } else { 0.0 })
+        let before = self.places.partition_point(|at| re(*at) <= re(s));
+        let k = before.saturating_sub(1).min(last);
+        let Some(next) = self.places.get(k + 1) else { return (k, T::of(0.0)) };
+        let length = *next - self.places[k];
+        if re(length) <= 0.0 {
+            return (k, T::of(0.0));
+        }
+        let way = (s - self.places[k]) / length;
+        (k, if (0.0..=1.0).contains(&re(way)) { way } else { T::of(re(way).clamp(0.0, 1.0)) })
     }
 
     /// The section at an arc length.
-    pub(crate) fn section(&self, s: f64) -> Result<Numbers, Problem> {
-        self.section_by(s, &|_, _, value| value)
+    pub(crate) fn section(&self, s: T) -> Result<Numbers<T>, Problem> {
+        self.section_by(s, &|_, _, value| T::of(value))
     }
 
     /// The same from its numbers, by the station before and the part of the way to the next one,
     /// and by their key paths below that of a section.
-    fn section_by<T: Number>(
-        &self,
-        s: f64,
-        number: NumbersAlong<'_, T>,
-    ) -> Result<Numbers<T>, Problem> {
-        let (k, t) = self.interval(s);
+    fn section_by(&self, s: T, number: NumbersAlong<'_, T>) -> Result<Numbers<T>, Problem> {
+        let (k, way) = self.interval(s);
         let (a, b) = (&self.sections[k], &self.sections[(k + 1).min(self.sections.len() - 1)]);
+        let t = re(way);
         let value = between(a, b, t).unwrap_or_else(|| a.clone());
         let section: Section = value.try_into().expect("between sections are sections");
-        let numbers = section.numbers_by(&|key, value| number((k, t), key, value));
+        let moves = way - T::of(t);
+        let numbers = section.numbers_by(&|key, value| {
+            let own = number((k, t), key, value);
+            match (number_at(a, key), number_at(b, key)) {
+                (Some(a), Some(b)) if !moves.vanishes() => own + T::of(b - a) * moves,
+                _ => own,
+            }
+        });
         numbers.map_err(|problem| problem.below(&format!("stations[{k}].section")))
     }
 
     /// The angle of the directors at an arc length, rad.
-    fn twist(&self, s: f64) -> f64 {
+    fn twist(&self, s: T) -> T {
         let (k, t) = self.interval(s);
         let (a, b) = (self.twists[k], self.twists[(k + 1).min(self.twists.len() - 1)]);
         a + t * (b - a)
     }
 
     /// Sections of an element from one arc length to another: three Gauss points between stations.
-    pub(crate) fn points<T: Number>(
+    pub(crate) fn points(
         &self,
-        [from, to]: [f64; 2],
+        [from, to]: [T; 2],
         number: NumbersAlong<'_, T>,
     ) -> Result<Vec<SectionPoint<T>>, Problem> {
-        let slack = MISSED * (to - from);
-        let inner = self.places.iter().filter(|at| **at > from + slack && **at < to - slack);
-        let mut cuts: Vec<f64> = std::iter::once(from).chain(inner.copied()).collect();
-        cuts.dedup();
+        let slack = MISSED * re(to - from);
+        let inside = |at: &&T| re(**at) > re(from) + slack && re(**at) < re(to) - slack;
+        let inner = self.places.iter().filter(inside);
+        let mut cuts: Vec<T> = std::iter::once(from).chain(inner.copied()).collect();
+        cuts.dedup_by(|a, b| re(*a) == re(*b));
         cuts.push(to);
-        let (start, length) = (from, to - from);
+        let (start, length, half) = (from, to - from, T::of(0.5));
         let mut points = Vec::new();
         for ends in cuts.windows(2) {
-            let [from, to] = [ends[0], ends[1]].map(|s| (s - start) / length - 0.5);
+            let [from, to] = [ends[0], ends[1]].map(|s| (s - start) / length - half);
             for [place, weight] in quadrature(from, to) {
-                let section = self.section_by(start + (place + 0.5) * length, number)?;
+                let section = self.section_by(start + (place + half) * length, number)?;
                 points.push(SectionPoint { place, weight, section });
             }
         }
@@ -186,19 +213,39 @@ impl Along {
     }
 
     /// Turns the triads of a mesh that begins at an arc length.
-    pub(crate) fn turn(&self, mesh: &mut Mesh, start: f64) {
-        if self.twists.iter().all(|twist| *twist == 0.0) {
+    pub(crate) fn turn(&self, mesh: &mut Mesh<T>, start: T) {
+        if self.twists.iter().all(|twist| twist.vanishes()) {
             return;
         }
         let mut s = start;
-        let lengths = mesh.lengths.iter().copied().chain([0.0]);
+        let lengths = mesh.lengths.iter().copied().chain([T::of(0.0)]);
         for (triad, length) in mesh.triads.iter_mut().zip(lengths) {
-            let (sin, cos) = libm::sincos(self.twist(s));
+            let [sin, cos] = self.twist(s).sine_cosine();
             let [d1, d2, d3] = [0, 1, 2].map(|i| triad.column(i).into_owned());
-            *triad = Matrix3::from_columns(&[cos * d1 + sin * d2, cos * d2 - sin * d1, d3]);
+            *triad = Matrix3::from_columns(&[d1 * cos + d2 * sin, d2 * cos - d1 * sin, d3]);
             s += length;
         }
     }
+
+    /// Whether an end of an element passes a station at which there is a kink: an end of the beam,
+    /// a jump of the section, any of a twist.
+    pub(crate) fn passes(&self, s: T) -> bool {
+        let last = self.places.len() - 1;
+        let twisted = self.twists.iter().any(|twist| re(*twist) != 0.0);
+        let own = |(k, at): (usize, &T)| {
+            let jump =
+                |i: usize| i > 0 && i <= last && re(self.places[i]) <= re(self.places[i - 1]);
+            let jumps = jump(k) || jump(k + 1);
+            let (near, moves) = (re(*at - s).abs() <= MISSED, *at - s - T::of(re(*at - s)));
+            near && !moves.vanishes() && (k == 0 || k == last || jumps || twisted)
+        };
+        self.places.iter().enumerate().any(own)
+    }
+}
+
+/// The value of a number.
+pub(crate) fn re<T: Number>(x: T) -> f64 {
+    Number::real(x)
 }
 
 /// Numbers in proportion to `t` between those of two values that are otherwise the same; `None`

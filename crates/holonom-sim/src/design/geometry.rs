@@ -78,7 +78,7 @@ impl Chain<'_> {
     }
 
     /// How a joint at these points and axes changes; refused where it is not that of the mechanism.
-    fn change(
+    pub(super) fn change(
         &self,
         key: &str,
         joint: &vi_multibody::Joint,
@@ -134,7 +134,8 @@ impl Chain<'_> {
                 found.numbers.joints.insert(at, change);
             }
         }
-        Ok(())
+        let fixed = self.model.bodies.iter().filter(|body| body.fixed).count();
+        self.supports(self.stated.joints.len() + fixed, &mut found.numbers)
     }
 
     /// Where a joint sits on its parent and on its child.
@@ -268,6 +269,12 @@ impl Chain<'_> {
                 self.point_change(member, &own, None)
             };
             let of = || change(&sensor.of, "point", sensor.point);
+            if let (SensorKind::SectionForce | SensorKind::Strain, Some(at)) =
+                (sensor.kind, sensor.at)
+            {
+                let slope = self.slopes.number(&format!("{key}.at"), at).eps;
+                found.along.sensors.insert(sensor.name.clone(), slope);
+            }
             if let (SensorKind::Expression, Some(value)) = (sensor.kind, &sensor.value) {
                 let slope = self.formulas.sensor(&format!("{key}.value"), value);
                 found.expressions.extend(slope.map(|slope| (sensor.name.clone(), slope)));

@@ -76,6 +76,17 @@ pub struct ModelTangent {
     pub(crate) contacts: Vec<(usize, CompliantLaw)>,
     /// Loads along beams that come to the others, in space or along the axes of the beam.
     pub(crate) along_beams: Vec<holonom_model::Load>,
+    /// Places along beams.
+    pub(crate) along: Along,
+}
+
+/// How places along beams change, m from their starts.
+#[derive(Clone, Default)]
+pub(crate) struct Along {
+    /// Of sensors, by name.
+    pub(crate) sensors: BTreeMap<String, f64>,
+    /// Of loads, by name.
+    pub(crate) loads: BTreeMap<String, f64>,
 }
 
 impl std::fmt::Debug for ModelTangent {
@@ -259,10 +270,13 @@ impl Chain<'_> {
                 let axes = self.principal(frame).transpose().map(Dual64::from_re);
                 (placed.origin, placed.rotation * axes)
             }
-            None => {
-                let spec = &self.system.mechanism.description().bodies[frame];
-                (spec.center.map(Dual64::from_re), spec.triad.map(Dual64::from_re))
-            }
+            None => match self.node_of(frame) {
+                Some(node) => (node.origin, node.rotation),
+                None => {
+                    let spec = &self.system.mechanism.description().bodies[frame];
+                    (spec.center.map(Dual64::from_re), spec.triad.map(Dual64::from_re))
+                }
+            },
         }
     }
 
@@ -320,14 +334,10 @@ impl Chain<'_> {
             .laws
             .iter()
             .map(|own| (format!("law.{}", own.name), Vec::new(), &own.relative_to));
-        let beams = stated
-            .beams
-            .iter()
-            .map(|own| (format!("beam.{}", own.name), Vec::new(), &own.relative_to));
         let on_particles = stated.controls.iter().filter(|own| self.is_on_particle(own));
         let controls =
             on_particles.map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
-        let parts = carried.chain(laws).chain(beams).chain(controls);
+        let parts = carried.chain(laws).chain(controls);
         for (key, bodies, relative_to) in parts {
             let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
             if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {

@@ -9,6 +9,8 @@
 #[cfg(test)]
 mod beam_models;
 #[cfg(test)]
+mod beam_shape_tests;
+#[cfg(test)]
 mod beam_tests;
 #[cfg(test)]
 mod bushing_tests;

@@ -4,6 +4,7 @@
 #![allow(clippy::float_cmp)] // what is exact
 
 use super::beam_models::{CANTILEVER, LINKAGE, ROPE};
+use super::beam_shape_tests::longer;
 use super::static_models::{DRIVEN, FRAME, LYING, MIXED, UPRIGHT};
 use super::tests::{changed, found};
 use super::{ModelGradient, Wanted, gradient};
@@ -191,6 +192,42 @@ fn beams_have_the_derivatives_of_their_equilibrium() {
     ];
     let text = [changed(&stands(ROPE, 2), &held), position("tip", "weight", "y", 0.9)].concat();
     compare("rope", &text, 1e-7);
+}
+
+/// Beams that become longer with what they carry, or are longer than they are drawn.
+#[test]
+fn lengths_of_beams_count_in_equilibria() {
+    let still =
+        [("speed = 0.7\n", ""), ("relaxation = 0.004\n", ""), ("\"= relaxation\"", "0.004")];
+    let text = [
+        changed(&stands(&longer(), 4), &still[1..]),
+        position("tip", "rod.end", "z", 0.1),
+        sensing("bent", "type = \"section_force\"\nof = \"rod\"\nat = \"= 0.35*length\"", "4", 1.0),
+        sensing("shear", "type = \"strain\"\nof = \"rod\"\nat = \"= 0.6 + 0.1*lift\"", "4", 0.5),
+        sensing("gripped", "type = \"reaction\"\nof = \"grip\"\nframe = \"space\"", "fz", 1.0),
+    ]
+    .concat();
+    compare("longer", &text, 1e-7);
+    let held = [
+        ("type = \"spherical\"", "type = \"fixed\""),
+        ("start = \"pinned\"", "start = \"clamped\""),
+        ("line = 0.3\n", "line = 0.3\nlength = 1.01\n"),
+        ("elements = 4", "elements = 4\nlength = \"= length\""),
+    ];
+    let text = [changed(&stands(ROPE, 2), &held), position("tip", "weight", "y", 0.9)].concat();
+    compare("slack rope", &text, 1e-7);
+    let text = changed(&stands(CANTILEVER, 4), &still);
+    let text = changed(
+        &text,
+        &[
+            ("force = -30.0\n", "force = -30.0\nbow = 0.01\n"),
+            (
+                "[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]",
+                "[[0.0, 0.0, 0.0], [0.5, 0.0, \"= bow\"], [1.0, 0.0, 0.0]]",
+            ),
+        ],
+    );
+    compare("corner", &[text, position("tip", "rod.end", "z", 0.1)].concat(), 1e-7);
 }
 
 /// Differences of `--check`, and a path by its arc length.

@@ -56,7 +56,7 @@ pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
 pub(crate) use contact::{Signs, signed};
 pub(crate) use effort::Effort;
 pub(crate) use ends::{ends_of, line_of};
-pub(crate) use section::SectionGauge;
+pub(crate) use section::{PlaceChange, SectionGauge};
 pub(crate) use view::{View, Works};
 
 use crate::dynamics::Dynamics;

@@ -5,9 +5,12 @@ use super::view::View;
 use crate::system::load_kind;
 use holonom_model::{Curves, Sensor, SensorKind};
 use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::ops::Range;
 use std::sync::Arc;
 use vi_beam::BeamElements;
 use vi_beam::section_force::{BeamLoad, LineLoads, SectionPlace};
+use vi_core::num_dual::Dual64;
 use vi_rigid::Load;
 
 /// What a sensor of section forces or strains reads.
@@ -19,7 +22,27 @@ pub(crate) struct SectionGauge {
     gravity: Vector3<f64>, // γ, m/s²
     loads: Vec<BeamLoad>,
     beam: String,
-    leg_start: f64, // m, from the start of the beam
+    along: Option<Along>, // None: in the middle of an element
+}
+
+/// Where along a beam a sensor is.
+#[derive(Clone, Debug)]
+struct Along {
+    leg: vi_beam::Beam,
+    at: f64,              // m, from the start of the beam
+    start: f64,           // of the leg, m
+    before: Range<usize>, // elements before the leg
+}
+
+/// How the place of a sensor and those of loads change, m.
+#[derive(Clone, Copy)]
+pub(crate) struct PlaceChange<'a> {
+    /// Of the sensor.
+    pub(crate) at: f64,
+    /// Of loads, by their names.
+    pub(crate) loads: &'a BTreeMap<String, f64>,
+    /// Lengths of elements.
+    pub(crate) longer: &'a dyn Fn(usize) -> f64,
 }
 
 impl SectionGauge {
@@ -27,7 +50,7 @@ impl SectionGauge {
     pub(super) fn of(sensor: &Sensor, from: &Finder<'_>) -> Option<Self> {
         let beam = from.beams.list.iter().find(|beam| beam.name == sensor.of)?;
         let (parts, model) = (&from.beams.parts, from.names.model);
-        let mut along = sensor.at.unwrap_or_default(); // from the start of the leg
+        let mut along = None;
         let place = match (sensor.element, sensor.at) {
             (Some(mut element), _) => {
                 let leg = beam.legs.iter().find(|leg| {
@@ -37,19 +60,23 @@ impl SectionGauge {
                 })?;
                 SectionPlace::of_element(leg, element)
             }
-            (None, Some(_)) => {
+            (None, Some(at)) => {
                 let (last, legs) = beam.legs.split_last()?;
+                let mut own = at; // from the start of the leg
                 let leg = legs.iter().find(|leg| {
-                    let own = parts.length(leg);
-                    let inside = along <= own;
-                    along -= if inside { 0.0 } else { own };
+                    let length = parts.length(leg);
+                    let inside = own <= length;
+                    own -= if inside { 0.0 } else { length };
                     inside
                 });
-                SectionPlace::at(parts, leg.unwrap_or(last), along)
+                let leg = leg.unwrap_or(last).clone();
+                let before = beam.legs.first()?.elements.start..leg.elements.start;
+                let place = SectionPlace::at(parts, &leg, own);
+                along = Some(Along { leg, at, start: at - own, before });
+                place
             }
             (None, None) => return None,
         };
-        let leg_start = sensor.at.unwrap_or_default() - along;
         let mut own = Self {
             parts: Arc::clone(parts),
             place,
@@ -57,7 +84,7 @@ impl SectionGauge {
             gravity: Vector3::from(model.gravity()),
             loads: Vec::new(),
             beam: beam.name.clone(),
-            leg_start,
+            along,
         };
         own.loads = own.loads_of(&Curves::new(model), &model.loads);
         Some(own)
@@ -73,10 +100,38 @@ impl SectionGauge {
             let [force, torque] = [load.force, load.torque].map(Vector3::from);
             let history = load.history.time_history(curves);
             let found = Load::new(0, load_kind(load), force, torque, history).ok()?;
-            self.place.load(load.at.map(|at| at - self.leg_start), found)
+            let start = self.along.as_ref().map_or(0.0, |along| along.start);
+            self.place.load(load.at.map(|at| at - start), found)
         };
         let on_beam = loads.iter().filter(|load| load.beam.as_deref() == Some(&self.beam));
         on_beam.filter_map(own).collect()
+    }
+
+    /// The place with its derivative, and those of `loads` that enter; `None` in the middle of an
+    /// element.
+    pub(crate) fn moved(
+        &self,
+        (curves, loads): (&Curves<'_>, &[holonom_model::Load]),
+        by: PlaceChange<'_>,
+    ) -> Option<(SectionPlace<Dual64>, Vec<BeamLoad<Dual64>>)> {
+        let own = self.along.as_ref()?;
+        let length = |element: usize| {
+            let element_length = self.parts.elements.list()[element].length;
+            Dual64::new(element_length, (by.longer)(element))
+        };
+        let start = Dual64::new(own.start, own.before.clone().map(by.longer).sum());
+        let along = Dual64::new(own.at, by.at) - start;
+        let place = SectionPlace::at_with(&self.parts, &own.leg, along, length);
+        let load = |load: &holonom_model::Load| {
+            let history = load.history.time_history(curves);
+            let none = Vector3::zeros();
+            let found = Load::new(0, load_kind(load), none, none, history).ok()?;
+            let slope = by.loads.get(&load.name).copied().unwrap_or_default();
+            place.load(load.at.map(|at| Dual64::new(at, slope) - start), found)
+        };
+        let on_beam = loads.iter().filter(|load| load.beam.as_deref() == Some(&self.beam));
+        let loads = on_beam.filter_map(load).collect();
+        Some((place, loads))
     }
 
     /// Whether loads enter, which may have a history.

@@ -5,18 +5,20 @@
 //! y(t, q, a; θ)  ∂y/∂a as well, within a helicoidal element, where inertia, weight and loads of the
 //!                beam enter ([`vi_beam::section_force`])
 //! ```
+//! Places move with lengths, and with numbers of sensors and loads.
 //! Those in the middle of an element, and between middles, do not read `a`.
 
 use super::{Asked, OfNode};
-use crate::design::ModelTangent;
-use crate::sensor::SectionGauge;
-use holonom_model::{Curves, SensorKind};
+use crate::design::{ModelTangent, refused};
+use crate::sensor::{PlaceChange, SectionGauge};
+use holonom_model::{Curves, Model, ModelError, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_beam::design::ElementsTangent;
-use vi_beam::section_force::BeamLoad;
-use vi_beam::section_slopes::SectionChange;
+use vi_beam::section_force::{BeamLoad, SectionPlace};
+use vi_beam::section_slopes::{Moved, SectionChange};
 use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_core::num_dual::Dual64;
 
 /// One of six numbers of a section.
 struct Section {
@@ -30,19 +32,41 @@ struct Changed {
     elements: Option<Arc<ElementsTangent>>,
     gravity: Vector3<f64>,
     loads: Vec<BeamLoad>,
+    moved: Option<(SectionPlace<Dual64>, Vec<BeamLoad<Dual64>>)>,
 }
 
 impl Changed {
-    fn of(own: &ModelTangent, gauge: &SectionGauge, curves: &Curves<'_>) -> Self {
-        Self {
+    /// # Errors
+    /// [`ModelError`] where the place passes one at which there is a jump or a kink.
+    fn of(
+        own: &ModelTangent,
+        gauge: &SectionGauge,
+        (model, curves, name): (&Model, &Curves<'_>, &str),
+    ) -> Result<Self, ModelError> {
+        let longer = |element: usize| own.elements.as_ref().map_or(0.0, |all| all.longer(element));
+        let at = own.along.sensors.get(name).copied().unwrap_or_default();
+        let by = PlaceChange { at, loads: &own.along.loads, longer: &longer };
+        let moves = own.elements.is_some() || at != 0.0 || !own.along.loads.is_empty();
+        let moved = moves.then(|| gauge.moved((curves, &model.loads), by)).flatten();
+        if moved.as_ref().is_some_and(|(place, loads)| place.passes(loads)) {
+            let what = format!(
+                "the derivative by `{}`, with which its place passes a node or a load: a jump",
+                own.name
+            );
+            let help = "state its place between nodes, or let it follow the length of the beam";
+            return Err(refused(&format!("sensor.{name}.at"), what, help));
+        }
+        Ok(Self {
             elements: own.elements.clone(),
             gravity: own.numbers.gravity,
             loads: gauge.loads_of(curves, &own.along_beams),
-        }
+            moved,
+        })
     }
 
     fn is_empty(&self) -> bool {
-        self.elements.is_none() && self.gravity == Vector3::zeros() && self.loads.is_empty()
+        let still = self.elements.is_none() && self.moved.is_none();
+        still && self.gravity == Vector3::zeros() && self.loads.is_empty()
     }
 }
 
@@ -56,6 +80,9 @@ impl Section {
             elements: by.and_then(|own| own.elements.as_deref()),
             gravity: by.map_or_else(Vector3::zeros, |own| own.gravity),
             loads: by.map_or(&[], |own| &own.loads),
+            moved: by
+                .and_then(|own| own.moved.as_ref())
+                .map(|(place, loads)| Moved { place, loads }),
         };
         let acting = self.gauge.acting(node.at.t, node.a);
         let [strain, stress] = place.change(parts, node.at.q, &acting, &change);
@@ -80,9 +107,8 @@ impl NodeQuantity for Section {
         }
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
-        let own = self.by.get(parameter).filter(|own| !own.is_empty());
         let along = |own| self.along(node, [&vec![0.0; node.at.q.len()], &[]], Some(own));
-        own.map_or(0.0, along)
+        self.by.get(parameter).filter(|own| !own.is_empty()).map_or(0.0, along)
     }
     fn reads(&self) -> Reads {
         Reads { accelerations: self.gauge.needs_acceleration(), ..Reads::default() }
@@ -106,6 +132,7 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
     }
     let Some(gauge) = system.sensors.section(&sensor.name).cloned() else { return Ok(None) };
     let (part, curves) = (asked.number()?, Curves::new(model));
-    let by = tangents.iter().map(|own| Changed::of(own, &gauge, &curves)).collect();
+    let of = (model, &curves, sensor.name.as_str());
+    let by = tangents.iter().map(|own| Changed::of(own, &gauge, of)).collect::<Result<_, _>>()?;
     Ok(Some(Box::new(Section { gauge, part, by })))
 }

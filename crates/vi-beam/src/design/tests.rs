@@ -14,18 +14,33 @@ use vi_testkit::Sample;
 
 const N: usize = 24;
 const STEP: f64 = 0.3;
+/// By how much the element becomes longer.
+const LONGER: f64 = 0.3;
+
+/// As drawn at a value of the parameter.
+fn at(drawn: Drawn<'_>, by: f64) -> Vec<f64> {
+    drawn.q.iter().zip(drawn.change).map(|(q, change)| q + by * change).collect()
+}
 
 /// Numbers of a section and of what it is as drawn, which a parameter changes.
 struct Numbers {
     stiffness: [Matrix6<f64>; 2],
     viscosity: [Matrix6<f64>; 2],
     mass: [Matrix4<f64>; 2],
-    rest: Rest,
-    change: Rest<Dual64>,
+    rest: Option<Rest<Dual64>>,
+}
+
+/// What is stated of an element as it is drawn.
+#[derive(Clone, Copy, Debug)]
+enum Stated {
+    Free,
+    Prestress,
+    Stretch,
+    Curvature,
 }
 
 impl Numbers {
-    fn new(sample: &mut Sample, stated: bool) -> Self {
+    fn new(sample: &mut Sample, stated: Stated) -> Self {
         let mut definite = |size: f64| {
             let half = Matrix6::from_fn(|_, _| sample.number());
             size * (half * half.transpose() + Matrix6::identity())
@@ -35,33 +50,29 @@ impl Numbers {
         let mass = [diagonal([1.3, 0.2, 0.4, 0.1]), diagonal([0.3, 0.1, -0.05, 0.02])];
         let stress = Strain::new(0.3, -0.2, 2.0, 0.1, -0.2, 0.15);
         let by = Strain::new(0.1, 0.2, 0.7, -0.3, 0.2, 0.1);
-        let (rest, change) = match stated {
-            true => {
-                (Rest::Prestressed(stress), Rest::Prestressed(stress.zip_map(&by, Dual64::new)))
+        let rest = match stated {
+            Stated::Free => None,
+            Stated::Prestress => Some(Rest::Prestressed(stress.zip_map(&by, Dual64::new))),
+            Stated::Stretch => {
+                Some(Rest::Shape { stretch: Dual64::new(0.97, 0.2), curvature: None })
             }
-            false => {
-                let curvature = Vector3::new(0.3, -0.2, 0.1);
-                let dual = curvature.map(|own| Dual64::new(own, 0.5));
-                let of = |curvature| Rest::Shape { stretch: 1.0, curvature: Some(curvature) };
-                let dual = Rest::Shape { stretch: 1.0, curvature: Some(dual) };
-                (of(curvature), dual)
+            Stated::Curvature => {
+                let curvature = Vector3::new(0.3, -0.2, 0.1).map(|own| Dual64::new(own, 0.5));
+                Some(Rest::Shape { stretch: 1.0.into(), curvature: Some(curvature) })
             }
         };
-        Self { stiffness, viscosity, mass, rest, change }
+        Self { stiffness, viscosity, mass, rest }
     }
 
     /// Where it is drawn, at a value of the parameter.
-    fn rest(&self, by: f64) -> Rest {
-        match (&self.rest, &self.change) {
-            (Rest::Prestressed(_), Rest::Prestressed(own)) => {
-                Rest::Prestressed(own.map(|own| own.re + by * own.eps))
+    fn rest(&self, by: f64) -> Option<Rest> {
+        let at = |own: Dual64| own.re + by * own.eps;
+        Some(match self.rest? {
+            Rest::Prestressed(own) => Rest::Prestressed(own.map(at)),
+            Rest::Shape { stretch, curvature } => {
+                Rest::Shape { stretch: at(stretch), curvature: curvature.map(|own| own.map(at)) }
             }
-            (_, Rest::Shape { curvature: Some(own), .. }) => {
-                let curvature = Some(own.map(|own| own.re + by * own.eps));
-                Rest::Shape { stretch: 1.0, curvature }
-            }
-            _ => unreachable!("of one kind"),
-        }
+        })
     }
 
     fn section<T: Number>(&self, of: impl Fn(f64, f64) -> T) -> Section<T> {
@@ -70,12 +81,15 @@ impl Numbers {
         section.with_viscosity(V).unwrap()
     }
 
-    fn model(&self, kind: ElementKind, drawn: &[f64], by: f64) -> BeamElements {
+    fn model(&self, kind: ElementKind, drawn: Drawn<'_>, by: f64) -> BeamElements {
         let mut elements = Elements::new();
         let section = elements.add_section(self.section(|value, slope| value + by * slope));
-        elements.add_stress_free([0, 1], 0.8, section, drawn).unwrap();
+        let drawn = &at(drawn, by)[..];
+        elements.add_stress_free([0, 1], 0.8 + by * LONGER, section, drawn).unwrap();
         elements.set_strains(0..1, kind, drawn).unwrap();
-        elements.set_rest(0..1, &self.rest(by), drawn);
+        if let Some(rest) = self.rest(by) {
+            elements.set_rest(0..1, &rest, drawn);
+        }
         BeamElements { elements, tension: Vec::new() }
     }
 }
@@ -109,13 +123,15 @@ fn equations(model: &BeamElements, rule: StrainRule, drawn: &[f64], s: &Interval
     DVector::from_vec([minus, plus, end, start].concat())
 }
 
-fn check(kind: ElementKind, rule: StrainRule, stated: bool) {
+fn check(kind: ElementKind, rule: StrainRule, stated: Stated) {
     let mut sample = Sample::new(61);
     let numbers = Numbers::new(&mut sample, stated);
     let drawn = near_frames(&mut sample)[..N].to_vec();
+    let moves: Vec<f64> = (0..N).map(|_| 0.1 * sample.number()).collect();
     let mut near = || -> Vec<f64> { drawn.iter().map(|q| q + 0.05 * sample.number()).collect() };
     let mut s = Interval::between(0.0, STEP, &near(), &near());
-    let model = numbers.model(kind, &drawn, 0.0);
+    let by = Drawn { q: &drawn, change: &moves };
+    let model = numbers.model(kind, by, 0.0);
     let averaged = model.averaged(rule, &drawn);
     let of_force = if rule == StrainRule::Dissipative { 18 } else { 0 };
     s.internal = (0..of_force).map(|_| 0.3 * sample.number()).collect();
@@ -125,12 +141,13 @@ fn check(kind: ElementKind, rule: StrainRule, stated: bool) {
     let section = numbers.section(Dual64::new);
     let change = ElementChange {
         element: 0,
-        sections: vec![SectionPoint { place: 0.0, weight: 1.0, section }],
-        rest: Some(numbers.change),
+        sections: vec![SectionPoint { place: 0.0.into(), weight: 1.0.into(), section }],
+        rest: numbers.rest,
         bound: 0.0,
+        length: LONGER,
     };
-    let by = StepRule { strains: rule, quadrature: Quadrature::Midpoint, longest: STEP };
-    let found = ElementsTangent::new(&model, by, &drawn, &[change]).unwrap();
+    let step = StepRule { strains: rule, quadrature: Quadrature::Midpoint, longest: STEP };
+    let found = ElementsTangent::new(&model, step, by, &[change]).unwrap();
     let (mut minus, mut plus) = (vec![0.0; N], vec![0.0; N]);
     found.add(&s, Slot::First, &mut minus);
     found.add(&s, Slot::Second, &mut plus);
@@ -138,15 +155,16 @@ fn check(kind: ElementKind, rule: StrainRule, stated: bool) {
     found.add_internal(&s, &mut end);
     found.add_begin(&s.q0, &mut start);
     let exact = DVector::from_vec([minus, plus, end, start].concat());
-    let at = |e: f64| equations(&numbers.model(kind, &drawn, e), rule, &drawn, &s);
-    let central = |e: f64| (at(e) - at(-e)) / (2.0 * e);
+    let of = |e: f64| equations(&numbers.model(kind, by, e), rule, &at(by, e), &s);
+    let central = |e: f64| (of(e) - of(-e)) / (2.0 * e);
     let wanted = (central(1e-4) * 4.0 - central(2e-4)) / 3.0;
     let off = (&exact - &wanted).amax() / wanted.amax();
-    println!("{kind:?}, {rule:?}, {stated}: off by {off:.1e} of {:.1e}", wanted.amax());
+    println!("{kind:?}, {rule:?}, {stated:?}: off by {off:.1e} of {:.1e}", wanted.amax());
     assert!(off < 1e-9, "{kind:?}, {rule:?}: {off:e}");
-    let mut M = [1e-3, -1e-3].map(|by| numbers.model(kind, &drawn, by).elements.mass(0));
-    M[0] = (M[0] - M[1]) / 2e-3;
-    assert!((found.masses()[&0] - M[0]).amax() < 1e-12);
+    let of = |e: f64| [e, -e].map(|e| numbers.model(kind, by, e).elements.mass(0));
+    let central = |e: f64| (of(e)[0] - of(e)[1]) / (2.0 * e);
+    let M = (central(1e-3) * 4.0 - central(2e-3)) / 3.0;
+    assert!((found.masses()[&0] - M).amax() < 1e-12);
 }
 
 #[test]
@@ -154,7 +172,7 @@ fn elements_change_as_those_with_other_numbers() {
     let kinds = [ElementKind::Helicoidal, ElementKind::SecondOrder, ElementKind::Rope];
     for kind in kinds.into_iter().chain([ElementKind::MeanDirectors]) {
         for rule in [StrainRule::MassScaled, StrainRule::Dissipative, StrainRule::Averaged] {
-            for stated in [false, true] {
+            for stated in [Stated::Free, Stated::Prestress, Stated::Stretch, Stated::Curvature] {
                 check(kind, rule, stated);
             }
         }

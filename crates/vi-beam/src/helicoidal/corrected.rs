@@ -3,7 +3,7 @@
 
 use super::helix::{join, split};
 use super::law::{Correction, Helicoidal};
-use crate::small::{re, times};
+use crate::small::re;
 use crate::strain::Strain;
 use nalgebra::{Matrix6, SMatrix, Vector2, Vector3, Vector6};
 use vi_core::Number;
@@ -50,9 +50,9 @@ impl<T: Number> Corrected<T> {
         let m: Vector3<T> = law.stiffness.fixed_rows::<3>(3) * z;
         let w = S * K.cross(&m);
         let mut eta = *z;
-        let shear = T::of(square / 12.0);
+        let shear = square / T::of(12.0);
         (eta[0], eta[1]) = (z[0] - shear * w[1], z[1] + shear * w[0]); // − (ℓ²/12) w×e_3
-        let bent = times(square / 24.0, &K.cross(&w));
+        let bent = K.cross(&w) * (square / T::of(24.0));
         for i in 0..3 {
             eta[3 + i] += bent[i];
         }
@@ -82,8 +82,8 @@ impl<T: Number> Corrected<T> {
         let by_gamma = R.tr_mul(&self.gamma) * (T::of(2.0) * N[2] * self.slope_of_q());
         (N[0], N[1]) = (N[0] + by_gamma[0], N[1] + by_gamma[1]);
         let turned = Vector3::new(-N[1], N[0], T::of(0.0)); // e_3×N
-        let bent = times(square / 24.0, &M.cross(&self.K));
-        let of_k = S * (bent - times(square / 12.0, &turned));
+        let bent = M.cross(&self.K) * (square / T::of(24.0));
+        let of_k = S * (bent - turned * (square / T::of(12.0)));
         OnParts { N, M, of_k }
     }
 
@@ -97,7 +97,7 @@ impl<T: Number> Corrected<T> {
     ) -> Vector6<T> {
         let Self { K, G_3, m, w, rho, .. } = self;
         let OnParts { N, M, of_k } = self.parts(own, law, n);
-        let of_K = times(law.length * law.length / 24.0, &w.cross(&M)) + m.cross(&of_k);
+        let of_K = w.cross(&M) * (law.length * law.length / T::of(24.0)) + m.cross(&of_k);
         let mut out = join(&N, &(M + of_K));
         out[2] += n[2] * (*G_3 / *rho - T::of(1.0));
         out + law.stiffness.fixed_rows::<3>(3).tr_mul(&of_k.cross(K))

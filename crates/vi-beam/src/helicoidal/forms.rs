@@ -4,58 +4,60 @@
 use crate::small::product;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use nalgebra::{SMatrix, SVector, Vector3};
+use vi_core::Number;
 
 /// How many quadratic forms the strains are functions of.
 pub const FORMS: usize = 7;
 /// `y = (g, a, s)`, without units.
-pub type Forms = SVector<f64, FORMS>;
+pub type Forms<T = f64> = SVector<T, FORMS>;
 /// `∂η/∂y`.
-pub type Slopes = SMatrix<f64, 6, FORMS>;
+pub type Slopes<T = f64> = SMatrix<T, 6, FORMS>;
 /// `Σ n_i ∂²η_i/∂y∂y`.
-pub type Bends = SMatrix<f64, FORMS, FORMS>;
+pub type Bends<T = f64> = SMatrix<T, FORMS, FORMS>;
 
 /// `y` of coordinates.
 #[must_use]
 #[inline]
-pub fn forms(x: &ElementCoordinates, length: f64) -> Forms {
+pub fn forms<T: Number>(x: &ElementCoordinates<T>, length: T) -> Forms<T> {
     let mean = strain::forms(x, length);
     let mut y = Forms::zeros();
     for i in 0..3 {
         (y[i], y[3 + i]) = (mean[i], length * mean[3 + i]);
     }
     for k in 3..12 {
-        y[6] += 0.125 * (x[12 + k] - x[k]) * (x[12 + k] - x[k]);
+        y[6] += T::of(0.125) * (x[12 + k] - x[k]) * (x[12 + k] - x[k]);
     }
     y
 }
 
 /// Columns `𝔹_k x`, the gradients of the forms.
 #[must_use]
-pub fn gradients(x: &ElementCoordinates, length: f64) -> SMatrix<f64, SIZE, FORMS> {
+pub fn gradients<T: Number>(x: &ElementCoordinates<T>, length: T) -> SMatrix<T, SIZE, FORMS> {
     force(x, length, &Bends::identity())
 }
 
 /// Columns `Σ_k c_ik 𝔹_k x`, one for each row of `c`: of `∂η/∂y` they are the columns `∇η_i`.
 #[must_use]
 #[inline]
-pub fn force<const N: usize>(
-    x: &ElementCoordinates,
-    length: f64,
-    c: &SMatrix<f64, N, FORMS>,
-) -> SMatrix<f64, SIZE, N> {
-    let half = 0.5 / length;
-    let mut rows = [[0.0; N]; SIZE];
+pub fn force<T: Number, const N: usize>(
+    x: &ElementCoordinates<T>,
+    length: T,
+    c: &SMatrix<T, N, FORMS>,
+) -> SMatrix<T, SIZE, N> {
+    let (half, small) = (T::of(0.5), T::of(0.25));
+    let over = half / length;
+    let mut rows = [[T::of(0.0); N]; SIZE];
     for k in 0..3 {
         let (a, b) = (|i: usize| x[3 + 3 * i + k], |i: usize| x[15 + 3 * i + k]);
-        let mean = |i: usize| (half * (a(i) + b(i)), i);
+        let mean = |i: usize| (over * (a(i) + b(i)), i);
         rows[12 + k] = combination([mean(0), mean(1), mean(2)], c); // [6.5]
         rows[k] = rows[12 + k].map(|own| -own);
-        let slope = half * (x[12 + k] - x[k]);
+        let slope = over * (x[12 + k] - x[k]);
         for i in 0..3 {
             let (next, last) = ((i + 1) % 3, (i + 2) % 3);
-            let (of_next, of_last, turn) = (3 + next, 3 + last, 0.25 * (b(i) - a(i)));
-            let to_b = [(0.5 * b(last), of_next), (-0.5 * b(next), of_last)];
-            let to_a = [(-0.5 * a(last), of_next), (0.5 * a(next), of_last)];
+            let (of_next, of_last, turn) = (3 + next, 3 + last, small * (b(i) - a(i)));
+            let to_b = [(half * b(last), of_next), (-half * b(next), of_last)];
+            let to_a = [(-half * a(last), of_next), (half * a(next), of_last)];
             rows[3 + 3 * i + k] = combination([(slope, i), to_b[0], to_b[1], (-turn, 6)], c);
             rows[15 + 3 * i + k] = combination([(slope, i), to_a[0], to_a[1], (turn, 6)], c);
         }
@@ -102,14 +104,14 @@ pub fn wrenches<const N: usize>(
 
 /// The sum of some columns of `c` with their factors.
 #[inline]
-fn combination<const N: usize, const TERMS: usize>(
-    terms: [(f64, usize); TERMS],
-    c: &SMatrix<f64, N, FORMS>,
-) -> [f64; N] {
-    let mut sum = [0.0; N];
+fn combination<T: Number, const N: usize, const TERMS: usize>(
+    terms: [(T, usize); TERMS],
+    c: &SMatrix<T, N, FORMS>,
+) -> [T; N] {
+    let mut sum = [T::of(0.0); N];
     for (factor, k) in terms {
         for (sum, own) in sum.iter_mut().zip(&c.data.0[k]) {
-            *sum += factor * own;
+            *sum += factor * *own;
         }
     }
     sum

@@ -2,6 +2,7 @@
 #![allow(non_snake_case)] // G, K, C, S, R
 
 use super::forms::{Bends, Forms, Slopes};
+use crate::small::re;
 use crate::strain::Strain;
 use nalgebra::{Matrix3, Vector3, Vector6};
 use vi_core::Number;
@@ -42,64 +43,67 @@ fn terms(s: f64) -> Option<usize> {
 
 /// `Σ c_j s^j`, even and odd powers apart: two short chains of operations.
 #[inline]
-fn series(c: &[f64], s: f64) -> f64 {
+fn series<T: Number>(c: &[f64], s: T) -> T {
     let square = s * s;
-    let (mut even, mut odd) = (0.0, 0.0);
+    let (mut even, mut odd) = (T::of(0.0), T::of(0.0));
     for c in c.as_chunks::<2>().0.iter().rev() {
-        (even, odd) = (even * square + c[0], odd * square + c[1]);
+        (even, odd) = (even * square + T::of(c[0]), odd * square + T::of(c[1]));
     }
     even + s * odd
 }
 
 /// `k = (f − 1)/s`; `f = 1 + s k`.
-pub(super) fn gap(s: f64) -> f64 {
-    match terms(s) {
+pub(super) fn gap<T: Number>(s: T) -> T {
+    let one = T::of(1.0);
+    match terms(re(s)) {
         Some(terms) => series(&GAP[0][..terms], s),
-        None => (libm::asin(s.sqrt()) / (s * (1.0 - s)).sqrt() - 1.0) / s,
+        None => (s.sqrt().arcsine() / (s * (one - s)).sqrt() - one) / s,
     }
 }
 
 /// `k` and two derivatives.
-fn gap_with_slopes(s: f64) -> [f64; 3] {
-    if let Some(terms) = terms(s) {
+fn gap_with_slopes<T: Number>(s: T) -> [T; 3] {
+    if let Some(terms) = terms(re(s)) {
         return std::array::from_fn(|k| series(&GAP[k][..terms], s));
     }
-    let (k, less, twice) = (gap(s), 1.0 - 2.0 * s, 2.0 * s * (1.0 - s));
-    let f = 1.0 + s * k;
-    let first = (1.0 - less * f) / twice;
-    let second = (2.0 * f - 3.0 * less * first) / twice;
+    let [one, two, three] = [1.0, 2.0, 3.0].map(T::of);
+    let (k, less, twice) = (gap(s), one - two * s, two * s * (one - s));
+    let f = one + s * k;
+    let first = (one - less * f) / twice;
+    let second = (two * f - three * less * first) / twice;
     let slope = (first - k) / s;
-    [k, slope, (second - 2.0 * slope) / s]
+    [k, slope, (second - two * slope) / s]
 }
 
 /// `(G, K)` of `y` with `f` and `b`.
 #[inline]
-pub(super) fn helix(y: &Forms, [f, b]: [f64; 2], length: f64) -> Strain {
+pub(super) fn helix<T: Number>(y: &Forms<T>, [f, b]: [T; 2], length: T) -> Strain<T> {
     let (g, a) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
-    join(&(f * g - b * a.dot(&g) * a), &(f / length * a))
+    join(&(g * f - a * (b * a.dot(&g))), &(a * (f / length)))
 }
 
 /// `(G, K)` with what their derivatives need.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Helix {
-    g: Vector3<f64>,
-    a: Vector3<f64>,
-    f: [f64; 3], // and two derivatives
-    b: [f64; 3],
-    pub(super) xi: Strain, // (G, K)
+pub(super) struct Helix<T: Number = f64> {
+    g: Vector3<T>,
+    a: Vector3<T>,
+    f: [T; 3], // and two derivatives
+    b: [T; 3],
+    pub(super) xi: Strain<T>, // (G, K)
 }
 
-impl Helix {
+impl<T: Number> Helix<T> {
     #[inline]
-    pub(super) fn at(y: &Forms, length: f64) -> Self {
+    pub(super) fn at(y: &Forms<T>, length: T) -> Self {
         let [k, k1, k2] = gap_with_slopes(y[6]);
-        let (s, less) = (y[6], 1.0 - y[6]);
-        let w = 0.25 / less;
-        let f = [1.0 + s * k, k + s * k1, 2.0 * k1 + s * k2];
+        let [one, two, quarter] = [1.0, 2.0, 0.25].map(T::of);
+        let (s, less) = (y[6], one - y[6]);
+        let w = quarter / less;
+        let f = [one + s * k, k + s * k1, two * k1 + s * k2];
         let b = [
-            0.25 * k / less,
-            k1 * w + 4.0 * k * w * w,
-            k2 * w + 8.0 * k1 * w * w + 32.0 * k * w * w * w,
+            quarter * k / less,
+            k1 * w + T::of(4.0) * k * w * w,
+            k2 * w + T::of(8.0) * k1 * w * w + T::of(32.0) * k * w * w * w,
         ];
         let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
         Self { g, a, f, b, xi: helix(y, [f[0], b[0]], length) }
@@ -107,18 +111,18 @@ impl Helix {
 
     /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` of a derivative by `s`.
     #[inline]
-    fn product(&self, n: &Strain, order: usize, length: f64) -> (f64, Vector3<f64>, Vector3<f64>) {
+    fn product(&self, n: &Strain<T>, order: usize, length: T) -> (T, Vector3<T>, Vector3<T>) {
         let (Self { g, a, .. }, f, b) = (self, self.f[order], self.b[order]);
         let (N, M) = split(n);
         let (along, of_a) = (a.dot(g), N.dot(a));
-        let by_g = f * N - (b * of_a) * a;
-        let by_a = (f / length) * M - b * (along * N + of_a * g);
+        let by_g = N * f - a * (b * of_a);
+        let by_a = M * (f / length) - (N * along + g * of_a) * b;
         (by_g.dot(g) + (f / length) * M.dot(a), by_g, by_a)
     }
 
     /// `∂(G, K)/∂y`.
     #[inline]
-    pub(super) fn slopes(&self, length: f64) -> Slopes {
+    pub(super) fn slopes(&self, length: T) -> Slopes<T> {
         let Self { g, a, f, b, .. } = self;
         let along = a.dot(g);
         let mut out = Slopes::zeros();
@@ -138,12 +142,14 @@ impl Helix {
 
     /// `Σ n_i ∂(G, K)_i/∂y`.
     #[inline]
-    pub(super) fn pull_back(&self, n: &Strain, length: f64) -> Forms {
+    pub(super) fn pull_back(&self, n: &Strain<T>, length: T) -> Forms<T> {
         let (_, by_g, by_a) = self.product(n, 0, length);
         let (by_s, ..) = self.product(n, 1, length);
         Forms::from([by_g[0], by_g[1], by_g[2], by_a[0], by_a[1], by_a[2], by_s])
     }
+}
 
+impl Helix {
     /// `Σ n_i ∂²(G, K)_i/∂y∂y`.
     pub(super) fn bends(&self, n: &Strain, length: f64) -> Bends {
         let Self { g, a, b, .. } = self;

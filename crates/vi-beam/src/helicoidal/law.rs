@@ -2,14 +2,14 @@
 //! rope.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use crate::small::{inverse, times};
+use crate::small::inverse;
 use nalgebra::{Matrix2, Matrix3, Matrix6, Vector3};
 use vi_core::Number;
 
 /// The strains of an element of a length and a stiffness.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Helicoidal<T = f64> {
-    pub(super) length: f64,                  // ℓ, m
+    pub(super) length: T,                    // ℓ, m
     pub(super) stiffness: Matrix6<T>,        // C_r
     pub(super) viscosity: Matrix6<T>,        // V_r
     pub(super) order: Option<Correction<T>>, // None: order 2
@@ -30,15 +30,15 @@ fn cross_3<T: Number>() -> Matrix3<T> {
 }
 
 /// `(ℓ²/12) XᵀSX`.
-fn bending<T: Number>(length: f64, S: &Matrix3<T>) -> Matrix3<T> {
-    times(length * length / 12.0, &cross_3().tr_mul(&(S * cross_3())))
+fn bending<T: Number>(length: T, S: &Matrix3<T>) -> Matrix3<T> {
+    cross_3().tr_mul(&(S * cross_3())) * (length * length / T::of(12.0))
 }
 
 impl<T: Number> Helicoidal<T> {
     /// Strains of order 2, of an element of the length `ℓ` (m) with the stiffness `C`, symmetric
     /// and positive definite.
     #[must_use]
-    pub fn of_order_2(length: f64, C: Matrix6<T>) -> Self {
+    pub fn of_order_2(length: T, C: Matrix6<T>) -> Self {
         let (viscosity, order, rope) = (Matrix6::zeros(), None, false);
         Self { length, stiffness: C, viscosity, order, rope }
     }
@@ -46,7 +46,7 @@ impl<T: Number> Helicoidal<T> {
     /// Strains of order 4 from the compliance `C⁻¹`, whose shears may vanish; `None` where that is
     /// not positive definite with the flexibility of bending.
     #[must_use]
-    pub fn of_order_4(length: f64, compliance: &Matrix6<T>) -> Option<Self> {
+    pub fn of_order_4(length: T, compliance: &Matrix6<T>) -> Option<Self> {
         let S: Matrix3<T> = compliance.fixed_view::<3, 3>(3, 3).into();
         let bending = bending(length, &S);
         let mut reduced = *compliance;
@@ -85,6 +85,17 @@ impl<T: Number> Helicoidal<T> {
     #[must_use]
     pub fn carries_tension_only(&self) -> bool {
         self.rope
+    }
+
+    /// The same in other numbers.
+    pub(crate) fn map<S: Number>(&self, of: impl Fn(T) -> S + Copy) -> Helicoidal<S> {
+        let order = self.order.as_ref().map(|own| Correction {
+            compliance: own.compliance.map(of),
+            S: own.S.map(of),
+            R: own.R.map(of),
+        });
+        let [stiffness, viscosity] = [self.stiffness.map(of), self.viscosity.map(of)];
+        Helicoidal { length: of(self.length), stiffness, viscosity, order, rope: self.rope }
     }
 
     /// `C_r`, with which stress resultants are `C_r η` and the energy is `½ ℓ ηᵀC_r η`.
