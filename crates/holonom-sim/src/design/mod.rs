@@ -22,6 +22,7 @@ pub(crate) mod start;
 pub(crate) mod stored;
 #[cfg(test)]
 mod tests;
+mod turning;
 
 use crate::system::System;
 use formulas::Formulas;

@@ -62,7 +62,21 @@ impl StartOf<'_> {
             );
         }
         if self.at.v.iter().any(|v| *v != 0.0) {
-            return refuse("that moves", "let it begin at rest");
+            return match self.how {
+                How::Relaxed { rotation: Some(rotation), .. }
+                    if self.mechanism.description().dimension == 3 =>
+                {
+                    if !self.signals_rest(run) {
+                        let help = "write filters, which begin at rest";
+                        return refuse("with signals whose states do not rest", help);
+                    }
+                    self.of_rotation(run, design, tangents, rotation)
+                }
+                _ => refuse(
+                    "that moves otherwise than in a steady rotation of all its parts",
+                    "let it begin at rest",
+                ),
+            };
         }
         let mut equilibrium = Equilibrium::new(self, run).map_err(|Singular| {
             let what = format!("the derivative by `{name}` of a singular equilibrium");

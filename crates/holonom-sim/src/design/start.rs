@@ -132,6 +132,48 @@ impl StartOf<'_> {
         Ok(StartTangent { q, v, p })
     }
 
+    /// `δq` and `δv` of a start that is closed and moves as stated.
+    ///
+    /// # Errors
+    /// [`ModelError`] where it does not stay so.
+    pub(super) fn stated_change(&self, own: &ModelTangent) -> Result<[Vec<f64>; 2], ModelError> {
+        let (q, none) = (own.q.clone(), vec![0.0; own.q.len()]);
+        let refuse = |key: &str| {
+            let what = format!(
+                "the derivative by `{}`, which the initial velocities or positions do not follow",
+                own.name
+            );
+            let help = format!("state them by expressions of `{}`", own.name);
+            Err(refused(key, what, help))
+        };
+        let [open, _] = self.opened(own, [&q, &none])?;
+        if let Some(row) = self.largest(&open, &q) {
+            return refuse(&self.key(self.mechanism.constraint_name(row)));
+        }
+        let stated = |joint: &holonom_model::Joint| joint.rate.is_some();
+        if !self.model.joints.iter().any(stated) {
+            return Ok([q, own.v.clone()]);
+        }
+        let v = self.by_rates_of(own, &q, &self.coordinates()?)?;
+        for (k, joint) in self.model.joints.iter().enumerate().filter(|(_, own)| stated(own)) {
+            for freedom in 0..joint.pair().dof() {
+                let Some(coordinate) = self.mechanism.known_coordinate(k, freedom) else {
+                    continue;
+                };
+                let coordinate = StartCoordinate::Joint(Box::new(coordinate));
+                let numbers = &own.numbers;
+                let [_, rate] =
+                    start::stated_change(self.mechanism, numbers, &coordinate, self.at, [&q, &v]);
+                let slope = own.rates.iter().find(|own| (own.0, own.1) == (k, freedom));
+                let slope = slope.map_or(0.0, |own| own.2);
+                if (rate - slope).abs() > OPEN * norm_inf(&v).max(1.0) {
+                    return refuse(&format!("joint.{}.rate", joint.name));
+                }
+            }
+        }
+        Ok([q, v])
+    }
+
     /// How a start changes at which coordinates and rates of some joints are given, by parameters
     /// and by these. What is not given is that of the start of the model, `own`.
     ///
@@ -418,17 +460,27 @@ impl StartOf<'_> {
     fn by_rates(&self, own: &ModelTangent, dq: &[f64]) -> Result<Vec<f64>, ModelError> {
         let closed = self.mechanism.has_loops();
         let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
+        self.by_rates_of(own, dq, &chosen)
+    }
+
+    /// The same of these independent coordinates.
+    fn by_rates_of(
+        &self,
+        own: &ModelTangent,
+        dq: &[f64],
+        chosen: &[TreeCoordinate],
+    ) -> Result<Vec<f64>, ModelError> {
         let coordinates: Vec<StartCoordinate> = chosen.iter().map(|own| own.2.clone()).collect();
         let Self { model, mechanism, at, .. } = *self;
         let follow = FollowedRates { model, mechanism, at, own, dq };
-        let mut rates = follow.of_all(&chosen, &own.v);
+        let mut rates = follow.of_all(chosen, &own.v);
         // as many passes as there are parts that move with others
         for _ in 0..=coordinates.len() {
             let numbers = (&own.numbers, dq);
             let found =
                 start::velocity(self.mechanism, self.rows, self.at, &coordinates, numbers, &rates);
             let found = found.map_err(|error| self.refusal(&error, own))?;
-            let next = follow.of_all(&chosen, &found);
+            let next = follow.of_all(chosen, &found);
             let change = rates.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             if change <= SETTLED * norm_inf(&next) {
                 return Ok(found);

@@ -39,6 +39,8 @@ mod static_tests;
 #[cfg(test)]
 mod tests;
 pub(crate) mod trial;
+#[cfg(test)]
+mod turning_tests;
 
 pub use check::Check;
 pub use prepared::GradientFailure;

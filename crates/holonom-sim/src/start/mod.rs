@@ -64,6 +64,8 @@ pub(crate) enum How {
         unstable: usize,
         /// Whether some direction has no stiffness.
         neutral: bool,
+        /// As a whole, where it does.
+        rotation: Option<SteadyRotation>,
     },
     /// An equilibrium that was found before.
     Standing {
@@ -224,7 +226,11 @@ fn relaxed(model: &Model) -> Result<StartValues, ModelError> {
     };
     let unstable = statics.problem().unstable_directions().unwrap_or(0);
     let neutral = statics.problem().is_neutral();
-    Ok(StartValues::new((q, v), How::Relaxed { speed, unstable, neutral }))
+    let rotation = match motion {
+        Some(InSpace::Rotates(rotation)) => Some(rotation),
+        _ => None,
+    };
+    Ok(StartValues::new((q, v), How::Relaxed { speed, unstable, neutral, rotation }))
 }
 
 /// `(q_0, v_0)` that keep the rates which the joints of the model state.
