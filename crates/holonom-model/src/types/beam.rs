@@ -237,6 +237,11 @@ fn vector<T: Number>(number: NumbersOf<'_, T>, key: &str, x: &[f64; 3]) -> Vecto
     Vector3::from_fn(|i, _| number(&format!("{key}.{i}"), x[i]))
 }
 
+/// Whether two points are the same.
+fn are_same(points: &[[f64; 3]]) -> bool {
+    points.windows(2).any(|pair| Vector3::from(pair[0]) == Vector3::from(pair[1]))
+}
+
 impl Beam {
     /// Number of legs.
     #[must_use]
@@ -455,12 +460,12 @@ impl Beam {
         let meshes = self.plain_meshes_by(number)?;
         let Some(along) = self.along(&meshes, number)? else { return Ok(false) };
         let mut at = Dual64::of(0.0);
-        let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
+        let mut lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
         let next = |length: &Dual64| {
             at += *length;
             along.passes(at)
         };
-        Ok(along.passes(Dual64::of(0.0)) || lengths.map(next).any(|passes| passes))
+        Ok(along.passes(Dual64::of(0.0)) || lengths.any(next))
     }
 
     /// Its section at an arc length, m.
@@ -561,7 +566,7 @@ impl Beam {
         };
         let Some(curve) = &self.curve else {
             let leg = |(leg, ends): (usize, &[[f64; 3]])| {
-                if ends[0] == ends[1] {
+                if are_same(ends) {
                     let message = format!("points {leg} and {} are the same", leg + 1);
                     return Err(fault("points", message, "remove one of them"));
                 }
@@ -585,7 +590,7 @@ impl Beam {
                 self.screw_line(stated.map(|(x, key)| along(key, x)), numbers, number)?
             }
             Curve::Spline { points } => {
-                if let Some(k) = points.windows(2).position(|pair| pair[0] == pair[1]) {
+                if let Some(k) = points.windows(2).position(are_same) {
                     let message = format!("points {k} and {} are the same", k + 1);
                     return Err(fault("curve.points", message, "remove one of them"));
                 }

@@ -198,7 +198,7 @@ impl<T: Number> Along<T> {
         let inside = |at: &&T| re(**at) > re(from) + slack && re(**at) < re(to) - slack;
         let inner = self.places.iter().filter(inside);
         let mut cuts: Vec<T> = std::iter::once(from).chain(inner.copied()).collect();
-        cuts.dedup_by(|a, b| re(*a) == re(*b));
+        cuts.dedup_by(|own, before| re(*own) <= re(*before));
         cuts.push(to);
         let (start, length, half) = (from, to - from, T::of(0.5));
         let mut points = Vec::new();
