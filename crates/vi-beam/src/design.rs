@@ -390,7 +390,8 @@ impl ElementsTangent {
             let mut own = own.ok_or(ElementDesignError::Stiffness { element })?;
             if scaled {
                 let known = frequencies.highest(element, q);
-                let apart = known.as_ref().is_some_and(|(_, of)| length(*of) - change.length != 0.0);
+                let apart =
+                    known.as_ref().is_some_and(|(_, of)| length(*of) - change.length != 0.0);
                 let own_one = || Frequencies::new(model).highest(element, q);
                 own.slowness = match if apart { own_one() } else { known } {
                     None => Dual64::from_re(0.0), // a motion carries no mass

@@ -451,8 +451,7 @@ impl Beam {
         Ok(vec![vec![point]; meshes.iter().map(|mesh| mesh.lengths.len()).sum()])
     }
 
-    /// What moves along the beam past a station, at which its section has a kink: `None` where
-    /// nothing does.
+    /// Whether an end of an element passes a station at which there is a kink.
     ///
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
