@@ -110,3 +110,34 @@ fn scales_are_powers_of_two_near_the_inverse_root() {
         assert!(inverse_root(x) == 1.0);
     }
 }
+
+/// Bodies in layers, each next to those beside, above and below it.
+#[test]
+fn the_order_of_least_fill_takes_fewer_updates_in_a_bed() {
+    let [side, layers] = [12, 5];
+    let groups = side * side * layers;
+    let mut pairs = Vec::new();
+    for g in 0..groups {
+        let [x, y, z] = [g % side, g / side % side, g / (side * side)];
+        let next = [(x + 1 < side, 1), (y + 1 < side, side), (z + 1 < layers, side * side)];
+        pairs.extend(next.iter().filter(|own| own.0).map(|own| [g, g + own.1]));
+    }
+    let (sizes, places) = (vec![2; groups], both_ways(&pairs, groups));
+    let mut sample = Sample::new(5);
+    let (blocks, dense) = random(&mut sample, &sizes, &places, 12.0);
+    let b: Vec<f64> = (0..2 * groups).map(|_| sample.number()).collect();
+    let diagonal: Vec<f64> = (0..2 * groups).map(|i| dense[(i, i)]).collect();
+    let [by_degree, by_fill] = [Order::LeastDegree, Order::LeastFill].map(|order| {
+        let limits = Limits { updates: 1 << 14, largest: f64::INFINITY, order };
+        let mut lu = BlockLu::with_limits(&sizes, &places, limits).unwrap();
+        let of = places.iter().zip(&blocks).map(|(place, own)| (*place, &own[..]));
+        lu.factorize(&diagonal, of).unwrap();
+        let mut x = b.clone();
+        lu.solve(&mut x).unwrap();
+        let left = &dense * DVector::from_vec(x) - DVector::from_column_slice(&b);
+        println!("{order:?}: {} updates, {:.1e} left", lu.updates.len(), left.amax());
+        assert!(left.amax() < 1e-9, "{order:?} leaves {:e}", left.amax());
+        lu.updates.len()
+    });
+    assert!(10 * by_fill < 9 * by_degree, "{by_fill} updates instead of {by_degree}");
+}

@@ -1,13 +1,13 @@
 //! `I + Lᵀ B L` in blocks of the columns of `L` that occur in the same laws, and its factors.
 #![allow(non_snake_case)] // L
 
-use crate::block_lu::{BlockLu, Limits, SIZE};
+use crate::block_lu::{BlockLu, Limits, Order, SIZE};
 use crate::linear::{Singular, dot};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// With more updates memory ends before time does.
-const LIMITS: Limits = Limits { updates: 1 << 14, largest: f64::INFINITY };
+const UPDATES: usize = 1 << 14;
 
 /// A column of `L` in the rows of a law.
 pub(super) type Column = (usize, [f64; 3]);
@@ -29,8 +29,9 @@ pub(super) struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    /// Takes the pattern of `r` columns over: of each law, its columns in ascending order.
-    pub(super) fn analyse<'a>(
+    /// Divides `r` columns into blocks: of each law, its columns in ascending order. There is no
+    /// pattern then.
+    pub(super) fn divide<'a>(
         &mut self,
         r: usize,
         laws: impl Iterator<Item = &'a [Column]> + Clone,
@@ -43,6 +44,7 @@ impl BlockMatrix {
                 (begins[pair[0].0 + 1], begins[pair[1].0]) = (true, true);
             }
         }
+        self.lu = None;
         self.columns.clear();
         self.group.clear();
         let mut first = 0;
@@ -53,6 +55,10 @@ impl BlockMatrix {
                 first = column;
             }
         }
+    }
+
+    /// Takes the pattern over of those laws whose blocks [`BlockMatrix::factorize`] adds.
+    pub(super) fn analyse<'a>(&mut self, laws: impl Iterator<Item = &'a [Column]>, order: Order) {
         let sizes: Vec<usize> = self.columns.iter().map(ExactSizeIterator::len).collect();
         let mut known: BTreeMap<[usize; 2], usize> = BTreeMap::new();
         self.places.clear();
@@ -79,7 +85,19 @@ impl BlockMatrix {
         for (start, size) in self.starts.iter().zip(&sizes) {
             self.diagonals.extend((0..*size).map(|i| start + i * (size + 1)));
         }
-        self.lu = BlockLu::with_limits(&sizes, &self.places, LIMITS);
+        let limits = Limits { updates: UPDATES, largest: f64::INFINITY, order };
+        self.lu = BlockLu::with_limits(&sizes, &self.places, limits);
+    }
+
+    /// Whether there is a pattern that can be factorized.
+    pub(super) fn is_analysed(&self) -> bool {
+        self.lu.is_some()
+    }
+
+    /// Number of blocks of the factors.
+    #[cfg(test)]
+    pub(super) fn blocks(&self) -> usize {
+        self.lu.as_ref().map_or(0, BlockLu::blocks)
     }
 
     /// Factorizes the matrix with the columns and blocks `B` of the laws.

@@ -469,7 +469,7 @@ impl ConvexSolver {
         let Self { laws, given, y, u, F, step, blocks, .. } = self;
         laws.slopes(given, (y, rho, coupled), blocks);
         laws.gather(F, u);
-        laws.factorize(blocks);
+        laws.factorize(blocks, 0.0);
         laws.solve(u);
         laws.step(F, blocks, u, step);
         step.iter().all(|own| own.is_finite())
