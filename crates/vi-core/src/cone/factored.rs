@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// With more rows the matrix is that of the laws whose blocks `B` are not negligible, and its
 /// pattern is found again where it holds more than `SPARE` times as many laws.
-const MANY: usize = 300;
+const MANY: usize = 1000;
 const SPARE: f64 = 1.1;
 /// Entries of `B` that are left out by the interior point method, beside the `I` of the matrix: open
 /// contacts; how often it corrects what they leave, in part of the right side until `ENOUGH`.

@@ -4,7 +4,7 @@ use super::super::disc::Scaling;
 use super::*;
 use vi_testkit::Sample;
 
-const SIDE: usize = 9;
+const SIDE: usize = 12;
 
 /// Bodies in a square, next to those beside, before and across, with their laws and a right side.
 fn square() -> (Factored, Vec<f64>) {
