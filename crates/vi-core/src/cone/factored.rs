@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 /// pattern is found again where it holds more than `SPARE` times as many laws.
 const MANY: usize = 1000;
 const SPARE: f64 = 1.1;
-/// Entries of `B` that are left out by the interior point method, beside the `I` of the matrix: open
+/// Entries of `B` that the interior point method leaves out, beside the `I` of the matrix: of open
 /// contacts; how often it corrects what they leave, in part of the right side until `ENOUGH`.
 const NEGLIGIBLE: f64 = 1e-2;
 const CORRECTIONS: usize = 5;
