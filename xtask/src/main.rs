@@ -18,7 +18,7 @@ cargo xtask verify [--quick] [--only NAME] [--criterion NAME] [--json FILE] [--f
                        --age: of which commit that page is
 cargo xtask mutants [--only NAME]
                        plants defects in a copy of the sources, one at a time, and runs the test that names each,
-                       into docs/verification/mutants.md; NAME: those whose names hold it, printed only
+                       into docs/verification/mutants.md; NAME: those whose names hold it
 cargo xtask compare [--quick [--only MODEL]]
                        variational and energy–momentum schemes on five models, into COMPARISON.md;
                        quick: a tenth of the steps, printed only

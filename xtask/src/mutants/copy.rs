@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
 
-/// What is built again for each defect is built fast.
-const FAST: [&str; 2] = ["opt-level=0", "codegen-units=64"];
+/// What is built again for each defect is built fast; without any optimization tests take twenty
+/// times as long.
+const FAST: [&str; 2] = ["opt-level=1", "codegen-units=64"];
 
 /// A test with a defect may never end.
 const LONGEST: Duration = Duration::from_secs(900);
@@ -30,6 +31,7 @@ pub(super) struct Copy {
     tree: PathBuf,
     target: PathBuf,
     profile: Vec<String>, // settings of Cargo
+    commit: String,
 }
 
 impl Copy {
@@ -45,27 +47,35 @@ impl Copy {
         let profile =
             names.flat_map(|name| FAST.map(|fast| format!("profile.dev.package.{name}.{fast}")));
         let profile = profile.collect();
-        let own = Self { tree: folder.join("tree"), target: folder.join("target"), profile };
-        std::fs::create_dir_all(&own.tree)
-            .map_err(|error| format!("{}: {error}", own.tree.display()))?;
+        let tree = folder.join("tree");
+        std::fs::create_dir_all(&tree).map_err(|error| format!("{}: {error}", tree.display()))?;
         let git = |arguments: &[&str]| {
             let mut git = Command::new("git");
             git.current_dir(root).env("GIT_WORK_TREE", root).args(arguments);
             git
         };
-        let mut commit = said(git(&["stash", "create"]).output(), "git stash create")?;
-        if commit.is_empty() {
-            commit = said(git(&["rev-parse", "HEAD"]).output(), "git rev-parse")?;
-        }
+        let head = said(git(&["rev-parse", "--short=8", "HEAD"]).output(), "git rev-parse")?;
+        let changed = said(git(&["stash", "create"]).output(), "git stash create")?;
+        let commit = if changed.is_empty() { &head } else { &changed };
         for arguments in
             [&["read-tree", "--reset", "-u", commit.as_str()][..], &["checkout-index", "-f", "-a"]]
         {
             let mut git = git(arguments);
-            git.current_dir(&own.tree).env("GIT_WORK_TREE", &own.tree);
+            git.current_dir(&tree).env("GIT_WORK_TREE", &tree);
             git.env("GIT_DIR", said_path(root)?).env("GIT_INDEX_FILE", folder.join("index"));
             said(git.output(), "git")?;
         }
-        Ok(own)
+        let sources = ["diff", "--name-only", "HEAD", "--", "crates", "tests", "xtask"];
+        let after = match said(git(&sources).output(), "git diff")?.is_empty() {
+            true => "",
+            false => " and what follows",
+        };
+        Ok(Self { tree, target: folder.join("target"), profile, commit: format!("{head}{after}") })
+    }
+
+    /// Of which commit it is.
+    pub(super) fn commit(&self) -> &str {
+        &self.commit
     }
 
     /// Plants a defect; the texts as they were.

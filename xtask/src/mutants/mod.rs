@@ -12,112 +12,144 @@ use copy::{Copy, Outcome};
 use holonom_reliability::text_file;
 use list::{Mutant, Test};
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::path::Path;
 use std::time::Instant;
 
 /// What became of a defect.
-struct Judged<'a> {
-    mutant: &'a Mutant,
-    outcome: Outcome,
-    seconds: f64,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verdict {
+    Planted(Outcome),
+    /// The test does not pass without it either.
+    Unsound,
 }
 
-impl Judged<'_> {
-    fn is_found(&self) -> bool {
-        matches!(self.outcome, Outcome::Fails | Outcome::Endless)
+impl Verdict {
+    fn is_found(self) -> bool {
+        matches!(self, Self::Planted(Outcome::Fails | Outcome::Endless))
     }
 
-    fn verdict(&self) -> &'static str {
-        match self.outcome {
-            Outcome::Fails => "found",
-            Outcome::Endless => "found: does not end",
-            Outcome::Passes => "**SURVIVED**",
-            Outcome::DoesNotCompile => "**does not compile**",
-            Outcome::Missing => "**no such test**",
+    fn words(self) -> &'static str {
+        match self {
+            Self::Planted(Outcome::Fails) => FOUND,
+            Self::Planted(Outcome::Endless) => "found: does not end",
+            Self::Planted(Outcome::Passes) => "**SURVIVED**",
+            Self::Planted(Outcome::DoesNotCompile) => "**does not compile**",
+            Self::Planted(Outcome::Missing) => "**no such test**",
+            Self::Unsound => "**fails without it**",
         }
     }
 }
 
-/// Plants all defects, or the one `--only` of which a name is given; writes the page after all.
+const FOUND: &str = "found";
+const PAGE: &str = "docs/verification/mutants.md";
+
+/// Plants all defects, or those whose names hold the word after `--only`; after each one its row of
+/// the page is written, all others stay.
 ///
 /// # Errors
-/// Where the copy cannot be made, or a test fails without a defect.
+/// Where the copy cannot be made, or the page not be written.
 pub fn run(options: &[&str]) -> Result<bool, String> {
     let only = match options {
-        [] => None,
-        ["--only", name] => Some(*name),
+        [] => "",
+        ["--only", name] => *name,
         _ => return Err("[--only NAME]".into()),
     };
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let root = root.canonicalize().map_err(|error| error.to_string())?;
     let all = list::all(&root)?;
-    let chosen = |mutant: &&Mutant| only.is_none_or(|name| mutant.name.contains(name));
-    let mut mutants: Vec<&Mutant> = all.iter().filter(chosen).collect();
+    let mut mutants: Vec<&Mutant> = all.iter().filter(|one| one.name.contains(only)).collect();
     if mutants.is_empty() {
-        return Err(format!("no defect is named `{}`", only.unwrap_or_default()));
+        return Err(format!("no defect is named `{only}`"));
     }
     let copy = Copy::new(&root)?;
-    sound(&copy, &mutants)?;
     // those of one file follow one another: what is put back is built with the next one
-    mutants.sort_by_key(|mutant| (&mutant.test.package, &mutant.edits[0].file));
-    let mut judged = Vec::new();
+    mutants.sort_by_key(|mutant| (&mutant.test, &mutant.edits[0].file));
+    let path = root.join(PAGE);
+    let (mut found, mut sound) = (true, BTreeMap::new());
     for mutant in mutants {
         let begin = Instant::now();
-        let before = copy.plant(&mutant.edits)?;
-        let outcome = copy.run(&mutant.test);
-        copy.restore(&before)?;
-        let one = Judged { mutant, outcome: outcome?, seconds: begin.elapsed().as_secs_f64() };
-        eprintln!("{:>6.0} s  {}: {}", one.seconds, mutant.name, one.verdict());
-        judged.push(one);
+        let verdict = match sound.get(&mutant.test) {
+            Some(sound) => judged(&copy, mutant, *sound)?,
+            None => {
+                let passes = copy.run(&mutant.test)? == Outcome::Passes;
+                sound.insert(&mutant.test, passes);
+                judged(&copy, mutant, passes)?
+            }
+        };
+        found &= verdict.is_found();
+        let seconds = begin.elapsed().as_secs_f64();
+        eprintln!("{seconds:>6.0} s  {}: {}", mutant.name, verdict.words());
+        let known = text_file::read(&path).unwrap_or_default();
+        text_file::write(&path, &page(&all, &known, (&mutant.name, verdict, copy.commit())))?;
     }
-    let place = |one: &Judged<'_>| all.iter().position(|mutant| mutant.name == one.mutant.name);
-    judged.sort_by_key(place);
-    let text = page(&judged);
-    match only {
-        None => text_file::write(&root.join("docs/verification/mutants.md"), &text)?,
-        Some(_) => print!("{text}"),
-    }
-    Ok(judged.iter().all(Judged::is_found))
+    Ok(found)
 }
 
-/// All tests pass without a defect.
-fn sound(copy: &Copy, mutants: &[&Mutant]) -> Result<(), String> {
-    let mut tests: Vec<&Test> = mutants.iter().map(|mutant| &mutant.test).collect();
-    tests.sort();
-    tests.dedup();
-    let mut failed = BTreeMap::new();
-    for test in tests {
-        let outcome = copy.run(test)?;
-        eprintln!("without a defect: {} {}: {outcome:?}", test.package, test.name);
-        if outcome != Outcome::Passes {
-            failed.insert(&test.name, outcome);
-        }
+/// What becomes of a defect, where its test passes without it.
+fn judged(copy: &Copy, mutant: &Mutant, sound: bool) -> Result<Verdict, String> {
+    if !sound {
+        return Ok(Verdict::Unsound);
     }
-    if failed.is_empty() { Ok(()) } else { Err(format!("without a defect: {failed:?}")) }
+    let before = copy.plant(&mutant.edits)?;
+    let outcome = copy.run(&mutant.test);
+    copy.restore(&before)?;
+    outcome.map(Verdict::Planted)
 }
 
-/// The table of the page.
-fn page(judged: &[Judged<'_>]) -> String {
-    let found = judged.iter().filter(|one| one.is_found()).count();
-    let mut text = format!(
-        "# Defects of the sources\n\nWritten by `cargo xtask mutants`, never edited by hand. Each of \
-         these defects is planted alone in a copy of the workspace; the test that names it passes \
-         without it and has to fail with it. {found} of {} are found.\n\n\
-         | defect | equations | file | test | |\n|---|---|---|---|---|\n",
-        judged.len()
-    );
-    for one in judged {
-        let Mutant { name, source, edits, test } = one.mutant;
+/// The page with a verdict and the commit it is of; other rows are those of the page that is known.
+fn page(all: &[Mutant], known: &str, (name, verdict, commit): (&str, Verdict, &str)) -> String {
+    let row = |mutant: &Mutant| {
+        let Mutant { name: own, source, edits, test } = mutant;
         let file = edits[0].file.trim_start_matches("crates/");
         let Test { package, binary, name: path } = test;
         let binary = if binary == "lib" { "" } else { binary };
-        writeln!(
-            text,
-            "| {name} | {source} | `{file}` | `{package}` {binary} `{path}` | {} |",
-            one.verdict()
-        )
-        .expect("a text grows");
+        let head = format!("| {own} | {source} | `{file}` | `{package}` {binary} `{path}` |");
+        if own == name {
+            return format!("{head} {} | {commit} |", verdict.words());
+        }
+        let before = known.lines().find(|line| line.starts_with(&head));
+        before.map_or_else(|| format!("{head} not run | |"), str::to_owned)
+    };
+    let rows: Vec<String> = all.iter().map(row).collect();
+    let found = rows.iter().filter(|row| row.contains(&format!("| {FOUND}"))).count();
+    format!(
+        "# Defects of the sources\n\nWritten by `cargo xtask mutants`, never edited by hand. Each of \
+         these defects is planted alone in a copy of the workspace; the test that names it passes \
+         without it and has to fail with it. {found} of {} are found. The last column: the commit \
+         in which it was planted.\n\n\
+         | defect | equations | file | test | | commit |\n|---|---|---|---|---|---|\n{}\n",
+        rows.len(),
+        rows.join("\n")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mutant(name: &str) -> Mutant {
+        let own = |text: &str| text.to_owned();
+        let edit = list::Edit { file: own("crates/a/b.rs"), from: own("x"), to: own("y") };
+        let test = Test { package: own("a"), binary: own("lib"), name: own("tests::t") };
+        Mutant { name: own(name), source: own("1"), edits: vec![edit], test }
     }
-    text
+
+    #[test]
+    fn a_verdict_changes_its_own_row_of_the_page() {
+        let [first, second] = ["first", "second"].map(mutant);
+        let all = [first, second];
+        let found = Verdict::Planted(Outcome::Fails);
+        let text = page(&all, "", ("first", found, "c1"));
+        assert!(text.contains("1 of 2 are found"), "{text}");
+        assert!(text.contains("| first | 1 | `a/b.rs` | `a`  `tests::t` | found | c1 |"), "{text}");
+        assert!(text.contains("not run"), "{text}");
+        let text = page(&all, &text, ("second", Verdict::Planted(Outcome::Passes), "c2"));
+        assert!(text.contains("1 of 2") && text.contains("SURVIVED** | c2"), "{text}");
+        assert!(text.contains("| found | c1 |") && !text.contains("not run"), "{text}");
+        // what is now elsewhere has not been planted
+        let mut all = all;
+        all[0].edits[0].file = "crates/a/c.rs".into();
+        let text = page(&all, &text, ("second", found, "c3"));
+        assert!(text.contains("`a/c.rs` | `a`  `tests::t` | not run"), "{text}");
+    }
 }
