@@ -362,8 +362,8 @@ fn slopes(n: &Vector6<Dual64>) -> Strain {
 }
 
 impl ElementsTangent {
-    /// Of elements that are free of stress, or strained as stated, as they are drawn. Where a length
-    /// changes and tensions add mass, all elements are among the changes.
+    /// Of elements that are free of stress, or strained as stated, as they are drawn. Where a
+    /// length changes and tensions add mass, all elements are among the changes.
     ///
     /// # Errors
     /// [`ElementDesignError`].

@@ -179,7 +179,8 @@ impl<T: Number> Mesh<T> {
         };
         let mut mesh = Self::along(&point, &slope, T::of(0.0), angle, elements, rule)?;
         let speed = (a.norm_squared() + rise.norm_squared()).sqrt();
-        mesh.lengths.fill(speed * (T::of(sign) * angle) / T::of(elements as f64)); // constant speed: exact
+        // constant speed: exact
+        mesh.lengths.fill(speed * (T::of(sign) * angle) / T::of(elements as f64));
         Ok(mesh)
     }
 

@@ -8,9 +8,9 @@
 //! `D_g` is factorized with partial pivoting of its rows; between blocks the order is fixed, that
 //! of the least number of neighbours (minimum degree) or of the least fill. A chain is eliminated
 //! from one end to the other, a tree from its leaves: without fill, in linear time. Rows and
-//! columns are scaled by powers of two near `|A_kk|^{−1/2}`. An entry of `U` beyond [`LARGEST`] shows a pivot block that
-//! is too small for its neighbours: the factorization is then refused, and a factorization with
-//! pivoting among all rows is needed.
+//! columns are scaled by powers of two near `|A_kk|^{−1/2}`. An entry of `U` beyond [`LARGEST`]
+//! shows a pivot block that is too small for its neighbours: the factorization is then refused, and
+//! a factorization with pivoting among all rows is needed.
 //!
 //! Blocks smaller than 6×6 are completed by those of the identity. Rows of a block are contiguous,
 //! and every row is treated as a whole: the sums have the same order whatever the width of the

@@ -192,7 +192,8 @@ impl NodeObserver {
         mass.velocity(at.t, h, &node.p_bar, &mut node.v)?;
         node.p_projected.fill(0.0);
         system.add_momentum_of_step(at, h, &node.v, &mut node.p_projected); // (40)
-        node.hamiltonian_projected = hamiltonian(system, at.moving(&node.v), &node.p_projected); // (53)
+        let moving = at.moving(&node.v);
+        node.hamiltonian_projected = hamiltonian(system, moving, &node.p_projected); // (53)
         Ok(())
     }
 
