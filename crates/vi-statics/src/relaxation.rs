@@ -57,7 +57,7 @@ impl StaticProblem {
         let at_rest = balanced && self.is_closed() && !self.bends_further();
         let relaxed = if at_rest { None } else { Some(self.relax(&StepBounds::NONE)?) };
         self.neutral = self.is_neutral_here();
-        let polished = if at_rest || !self.bends_further() { None } else { self.polish() };
+        let polished = if at_rest || self.neutral { None } else { self.polish() };
         let point = match polished.or(relaxed) {
             Some(point) => point,
             None => self.here(0, residual),
@@ -99,8 +99,8 @@ impl StaticProblem {
         solved && self.work.product(&step, &step).sqrt() > BENT * self.work.size()
     }
 
-    /// Newton's method without damping from a place near an equilibrium; `None` where it does not
-    /// converge.
+    /// Newton's method without damping from a place near an equilibrium, to where rounding of stiff
+    /// strains hides no displacement; `None` where it does not converge.
     fn polish(&mut self) -> Option<Equilibrium> {
         let mark = self.mark();
         let found = self.correct().and_then(|report| self.accept(&report));
