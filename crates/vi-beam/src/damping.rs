@@ -346,7 +346,7 @@ pub(crate) mod tests {
             let (mut minus, mut plus, mut mid) = (vec![0.0; N], vec![0.0; N], vec![0.0; N]);
             damping.add_minus(&s, &mut minus);
             damping.add_plus(&s, &mut plus);
-            damping.add(Motion::new(0.0, &s.q_mid, &s.v_mid), 1.0, &mut mid);
+            damping.add(s.mid_motion(), 1.0, &mut mid);
             let parts = [(&q0, &minus), (&q1, &plus), (&s.q_mid, &mid)];
             let rest = parts.map(|(q, f)| resultant(q, f) / DVector::from_column_slice(f).norm());
             let power: f64 = mid.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum();

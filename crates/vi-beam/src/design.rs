@@ -18,7 +18,7 @@ use crate::averaged::{
 };
 use crate::damping;
 use crate::dissipation::StrainDissipation;
-use crate::element::{Element, ElementKind, without_extension};
+use crate::element::{Element, ElementKind, measures, strain_at, without_extension};
 use crate::following::{Followed, begin_change};
 use crate::frequency::{Frequencies, Highest};
 use crate::helicoidal::{self, Helicoidal};
@@ -35,7 +35,7 @@ use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::{Interval, Slot};
 use vi_core::num_dual::{Dual64, HyperHyperDual64};
 use vi_core::potential::DiscretePotential;
-use vi_core::{Configuration, Number, Quadrature};
+use vi_core::{Configuration, Quadrature};
 use vi_multibody::design::StepTangent;
 
 /// Part of `ω²` by which vibrations are the highest together, and of its change by which they
@@ -151,31 +151,6 @@ pub(crate) fn stress(
 /// With no derivatives.
 fn constant(x: &ElementCoordinates) -> ElementCoordinates<Dual64> {
     x.map(Dual64::from_re)
-}
-
-/// `ε` of an element at coordinates, with the strains `reference` where it is free of stress.
-fn strain_at<T: Number>(
-    law: Option<&Helicoidal<T>>,
-    length: T,
-    x: &ElementCoordinates<T>,
-    reference: &Vector6<T>,
-) -> Vector6<T> {
-    match law {
-        None => strain::forms(x, length) - reference,
-        Some(law) => law.strain(&helicoidal::forms(x, length), reference),
-    }
-}
-
-/// `(Γ, K)` before those of the stress-free configuration are taken off.
-fn measures<T: Number>(
-    law: Option<&Helicoidal<T>>,
-    length: T,
-    x: &ElementCoordinates<T>,
-) -> Vector6<T> {
-    match law {
-        None => strain::forms(x, length),
-        Some(law) => law.helix(&helicoidal::forms(x, length)),
-    }
 }
 
 impl Changed {

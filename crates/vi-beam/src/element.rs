@@ -83,6 +83,15 @@ pub enum StrainLaw {
 }
 
 impl StrainLaw {
+    /// That of helicoidal strains.
+    #[inline]
+    pub(crate) fn helicoidal(&self) -> Option<&Helicoidal> {
+        match self {
+            Self::MeanDirectors => None,
+            Self::Helicoidal(law) => Some(&**law),
+        }
+    }
+
     /// Which strains they are.
     #[must_use]
     pub fn kind(&self) -> ElementKind {
@@ -92,6 +101,34 @@ impl StrainLaw {
             Self::Helicoidal(law) if law.is_of_order_4() => ElementKind::Helicoidal,
             Self::Helicoidal(_) => ElementKind::SecondOrder,
         }
+    }
+}
+
+/// `(Γ, K)` before those of the stress-free configuration are taken off; `law`: of helicoidal
+/// strains, `None` of mean directors.
+#[inline]
+pub(crate) fn measures<T: Number>(
+    law: Option<&Helicoidal<T>>,
+    length: T,
+    x: &ElementCoordinates<T>,
+) -> Strain<T> {
+    match law {
+        None => strain::forms(x, length),
+        Some(law) => law.helix(&helicoidal::forms(x, length)),
+    }
+}
+
+/// `ε(x)` of an element with the measures `reference` where it is free of stress.
+#[inline]
+pub(crate) fn strain_at<T: Number>(
+    law: Option<&Helicoidal<T>>,
+    length: T,
+    x: &ElementCoordinates<T>,
+    reference: &Strain<T>,
+) -> Strain<T> {
+    match law {
+        None => strain::forms(x, length) - reference,
+        Some(law) => law.strain(&helicoidal::forms(x, length), reference),
     }
 }
 
@@ -141,10 +178,7 @@ impl Element {
     /// `(Γ, K)` before those of the stress-free configuration are taken off.
     #[must_use]
     pub fn measures(&self, x: &ElementCoordinates) -> Strain {
-        match &self.law {
-            StrainLaw::MeanDirectors => strain::forms(x, self.length),
-            StrainLaw::Helicoidal(law) => law.helix(&helicoidal::forms(x, self.length)),
-        }
+        measures(self.law.helicoidal(), self.length, x)
     }
 
     /// `C`, with which stress resultants are `C ε`: that of its section, or condensed.
@@ -219,12 +253,7 @@ impl Element {
     /// `ε(x)`.
     #[must_use]
     pub fn strain(&self, x: &ElementCoordinates) -> Strain {
-        match &self.law {
-            StrainLaw::MeanDirectors => strain::forms(x, self.length) - self.reference,
-            StrainLaw::Helicoidal(law) => {
-                law.strain(&helicoidal::forms(x, self.length), &self.reference)
-            }
-        }
+        strain_at(self.law.helicoidal(), self.length, x, &self.reference)
     }
 
     /// `Σ n_i ∂̄ε_i`: the discrete gradient of the strains in an interval, `∂̄ε_i·Δx = Δε_i`.
