@@ -83,6 +83,21 @@ pub struct Placements<'a> {
     slopes: &'a Slopes<'a>,
     known: RefCell<BTreeMap<String, MovingFrame<Dual64>>>,
     nodes: RefCell<BTreeMap<String, Rc<Vec<MovingFrame<Dual64>>>>>,
+    meshes: RefCell<BTreeMap<String, Rc<Vec<Mesh<Dual64>>>>>,
+}
+
+/// What is known under a name; found the first time.
+fn once<T>(
+    known: &RefCell<BTreeMap<String, Rc<T>>>,
+    name: &str,
+    found: impl FnOnce() -> T,
+) -> Rc<T> {
+    if let Some(known) = known.borrow().get(name) {
+        return Rc::clone(known);
+    }
+    let found = Rc::new(found());
+    known.borrow_mut().insert(name.to_owned(), Rc::clone(&found));
+    found
 }
 
 /// A value with the derivative of another number.
@@ -105,7 +120,8 @@ impl<'a> Placements<'a> {
     /// Of a model as it is stated and as it is resolved.
     #[must_use]
     pub fn new(stated: &'a Model, resolved: &'a Model, slopes: &'a Slopes<'a>) -> Self {
-        Self { stated, resolved, slopes, known: RefCell::default(), nodes: RefCell::default() }
+        let (known, nodes, meshes) = Default::default();
+        Self { stated, resolved, slopes, known, nodes, meshes }
     }
 
     /// The frame that a part names in `relative_to`; the inertial one where it names none.
@@ -193,12 +209,7 @@ impl<'a> Placements<'a> {
     /// The nodes of a beam, numbered along it: the values are those of the resolved model.
     #[must_use]
     pub fn nodes(&self, beam: &Beam) -> Rc<Vec<MovingFrame<Dual64>>> {
-        if let Some(known) = self.nodes.borrow().get(&beam.name) {
-            return Rc::clone(known);
-        }
-        let found = Rc::new(self.nodes_of(beam));
-        self.nodes.borrow_mut().insert(beam.name.clone(), Rc::clone(&found));
-        found
+        once(&self.nodes, &beam.name, || self.nodes_of(beam))
     }
 
     fn nodes_of(&self, beam: &Beam) -> Vec<MovingFrame<Dual64>> {
@@ -231,14 +242,21 @@ impl<'a> Placements<'a> {
 
     /// The legs of a beam in the frame in which it is stated.
     #[must_use]
-    pub fn meshes(&self, beam: &Beam) -> Vec<Mesh<Dual64>> {
-        let mut beam = beam.clone();
-        if let Some(resolved) = self.resolved.beam(&beam.name) {
-            beam.stations.clone_from(&resolved.stations); // of a file
-        }
+    pub fn meshes(&self, beam: &Beam) -> Rc<Vec<Mesh<Dual64>>> {
         let key = format!("beam.{}", beam.name);
         let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
-        beam.meshes_by(&number).unwrap_or_default()
+        let found = || self.with_stations(beam).meshes_by(&number).unwrap_or_default();
+        once(&self.meshes, &beam.name, found)
+    }
+
+    /// A beam as it is stated, with the stations of its file where it names one.
+    #[must_use]
+    pub fn with_stations(&self, beam: &Beam) -> Beam {
+        let mut beam = beam.clone();
+        if let Some(resolved) = self.resolved.beam(&beam.name) {
+            beam.stations.clone_from(&resolved.stations);
+        }
+        beam
     }
 
     /// The orientation that is stated below a key.

@@ -13,6 +13,7 @@ use crate::system::{System, load_kind, loads_along};
 use holonom_model::{Beam, Load, ModelError, MovingFrame};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
+use vi_beam::Mesh;
 use vi_beam::design::{Drawn, ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ElementForce;
@@ -79,8 +80,9 @@ impl Chain<'_> {
 
     /// By how much all elements of all beams become longer, m.
     fn longer(&self) -> Vec<f64> {
-        let meshes = self.stated.beams.iter().flat_map(|beam| self.placements.meshes(beam));
-        meshes.flat_map(|mesh| mesh.lengths).map(|length| length.eps).collect()
+        let meshes = self.stated.beams.iter().map(|beam| self.placements.meshes(beam));
+        let longer = |of: &Mesh<Dual64>| of.lengths.iter().map(|own| own.eps).collect::<Vec<_>>();
+        meshes.flat_map(|legs| legs.iter().flat_map(longer).collect::<Vec<_>>()).collect()
     }
 
     /// How the elements of a beam change.
@@ -94,10 +96,7 @@ impl Chain<'_> {
         let below = |problem: holonom_model::Problem| {
             ModelError::Assembly(vec![problem.below(&format!("{key}."))])
         };
-        let mut beam = beam.clone();
-        if let Some(resolved) = self.model.beam(&beam.name) {
-            beam.stations.clone_from(&resolved.stations); // of a file
-        }
+        let beam = self.placements.with_stations(beam);
         let number = |part: &str, value: f64| self.slopes.number(&format!("{key}.{part}"), value);
         if beam.passes_station(&number).map_err(below)? {
             let what = format!(
