@@ -68,14 +68,12 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     let (mut found, mut sound) = (true, BTreeMap::new());
     for mutant in mutants {
         let begin = Instant::now();
-        let verdict = match sound.get(&mutant.test) {
-            Some(sound) => judged(&copy, mutant, *sound)?,
-            None => {
-                let passes = copy.run(&mutant.test)? == Outcome::Passes;
-                sound.insert(&mutant.test, passes);
-                judged(&copy, mutant, passes)?
-            }
+        let passes = match sound.get(&mutant.test) {
+            Some(passes) => *passes,
+            None => copy.run(&mutant.test)? == Outcome::Passes,
         };
+        sound.insert(&mutant.test, passes);
+        let verdict = judged(&copy, mutant, passes)?;
         found &= verdict.is_found();
         let seconds = begin.elapsed().as_secs_f64();
         eprintln!("{seconds:>6.0} s  {}: {}", mutant.name, verdict.words());

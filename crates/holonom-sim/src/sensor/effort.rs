@@ -162,12 +162,12 @@ impl Effort {
                 out.push(spring.tension(at.q) + damper.tension(at.q, at.v));
             }
             Self::Six(name, forces) => {
-                let efforts = forces.bushing_efforts(name, at.configuration().moving(at.v));
+                let efforts = forces.bushing_efforts(name, at.motion());
                 out.extend(efforts.unwrap_or_default().iter());
             }
             Self::Law(forces, count) => {
                 let mut own = forces.forces.iter();
-                let efforts = own.find_map(|own| own.efforts(at.configuration().moving(at.v)));
+                let efforts = own.find_map(|own| own.efforts(at.motion()));
                 out.extend(&efforts.unwrap_or_default().0[..*count]);
             }
             Self::Row(row, factor) => {

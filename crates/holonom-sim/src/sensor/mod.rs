@@ -348,8 +348,7 @@ impl Sensors {
         let reactions = observer.map(|all| all.observe(mechanism, node, at.force, rows));
         values.clear();
         if let Some(signals) = &self.signals {
-            let View { t, q, angles, signals: internal, v, .. } = at;
-            signals.read(Configuration { t, q, angles, internal }.moving(v), values);
+            signals.read(at.motion(), values);
         }
         for (gauge, of) in self.gauges.iter().zip(&self.of) {
             if of.idle {

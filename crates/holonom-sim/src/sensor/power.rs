@@ -112,7 +112,7 @@ impl Power {
             }
             Self::Forces(forces, scratch) => {
                 let scratch = &mut *scratch.lock().unwrap_or_else(PoisonError::into_inner);
-                out.push(forces.power(at.configuration().moving(at.v), scratch));
+                out.push(forces.power(at.motion(), scratch));
             }
             Self::Motion(row, joint, freedom) => {
                 let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };

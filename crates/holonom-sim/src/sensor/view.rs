@@ -2,7 +2,7 @@
 
 use crate::run::contacts::ContactSample;
 use crate::run::energies::EnergyTerms;
-use vi_core::{Configuration, State};
+use vi_core::{Configuration, Motion, State};
 use vi_multibody::form::Form;
 
 /// The works of force elements up to a node.
@@ -59,6 +59,11 @@ impl<'a> View<'a> {
     pub(crate) fn configuration(&self) -> Configuration<'a> {
         let Self { t, q, angles, signals, .. } = *self;
         Configuration { t, q, angles, internal: signals }
+    }
+
+    /// The same with the velocity.
+    pub(crate) fn motion(&self) -> Motion<'a> {
+        self.configuration().moving(self.v)
     }
 
     /// `l̇ = D̂·Ḋ` of the vector between two points, m/s; `|Ḋ|` where they coincide, the rate from
