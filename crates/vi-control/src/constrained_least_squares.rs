@@ -1,19 +1,19 @@
-//! Least squares under conditions: parameters of a design.
+//! Squares and values under conditions: parameters of a design.
 //!
 //! ```text
-//! minimise ½ ρ(θ)ᵀρ(θ)      over  θ_min ≤ θ ≤ θ_max,   l ≤ c(θ) ≤ u
-//! s = c + λ/w,   v = s − clamp(s, l, u)        minimise f = ½ ρᵀρ + ½ Σ w v²;   then λ ← w v
-//! (JᵀJ + S + μ I) δz = −Jᵀr                    z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z
-//! S δz = (J⁺ − J)ᵀ r⁺                          what JᵀJ lacks of the Hessian, by its last change
+//! minimise ½ ρ(θ)ᵀρ(θ) + κᵀy(θ)   over  θ_min ≤ θ ≤ θ_max,   l ≤ c(θ) ≤ u
+//! s = c + λ/w,   v = s − clamp(s, l, u)        minimise f = ½ ρᵀρ + κᵀy + ½ Σ w v²;   then λ ← w v
+//! (JᵀJ + S + μ I) δz = −∇f                     z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z,  ∇f = Jᵀr + Yᵀκ
+//! S δz = (J⁺ − J)ᵀ r⁺ + (Y⁺ − Y)ᵀ κ            what JᵀJ lacks of the Hessian, by its last change;  Y = ∂y/∂z
 //! ```
 //! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell,
 //! Hestenes, Rockafellar). A weight grows where its violation does not fall to a quarter. At the
-//! end `∂(½ρᵀρ)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with
+//! end `∂(½ρᵀρ + κᵀy)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with
 //! the bound of a condition that is active.
 //!
 //! Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed. (2006), chapter 17; J. E.
 //! Dennis, D. M. Gay, R. E. Welsch, ACM Trans. Math. Softw. 7 (1981) 348–368 for `S`.
-#![allow(non_snake_case)] // J, S
+#![allow(non_snake_case)] // J, S, Y
 
 use crate::least_squares::{
     FitError, Moved, Parameter, Refused, Residuals, column, half_square, slope, theta,
@@ -32,9 +32,11 @@ const SETTLED: f64 = 1e-9;
 /// Largest growth of a weight.
 const HEAVIEST: f64 = 1e9;
 
-/// Bounds of the last residuals, which are conditions.
-#[derive(Clone, Debug, PartialEq)]
+/// What the last residuals are: values that count as they are, then conditions.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conditions {
+    /// `κ` of each value, right before the conditions.
+    pub values: Vec<f64>,
     /// `[l, u]` of each, equal for an equation, infinite where there is none.
     pub bounds: Vec<[f64; 2]>,
     /// Those that follow one another along a path: where they are active one by one, the extremes
@@ -64,8 +66,8 @@ pub struct Design {
     pub outcome: DesignOutcome,
     /// `θ`.
     pub parameters: Vec<f64>,
-    /// `½ ρᵀρ`.
-    pub half_sum_of_squares: f64,
+    /// `½ ρᵀρ + κᵀy`.
+    pub cost: f64,
     /// `c(θ)`.
     pub conditions: Vec<f64>,
     /// `λ`.
@@ -83,8 +85,8 @@ pub struct Design {
 pub struct Evaluation {
     /// `θ`.
     pub parameters: Vec<f64>,
-    /// `½ ρᵀρ`.
-    pub half_sum_of_squares: f64,
+    /// `½ ρᵀρ + κᵀy`.
+    pub cost: f64,
     /// The largest violation of a condition.
     pub violation: f64,
 }
@@ -92,13 +94,15 @@ pub struct Evaluation {
 /// Residuals whose last ones are conditions, with weights and multipliers.
 struct Augmented<'a> {
     own: &'a mut dyn Residuals,
+    values: &'a [f64], // κ
     bounds: &'a [[f64; 2]],
     paths: &'a [Range<usize>],
     multipliers: Vec<f64>,
     weights: Vec<f64>, // w
     watch: &'a mut dyn FnMut(&Evaluation) -> bool,
     stopped: bool,
-    raw: Vec<f64>, // ρ, c of the last evaluation
+    raw: Vec<f64>, // ρ, y, c of the last evaluation
+    size: f64,     // the largest Σ |κ y|
 }
 
 /// Distance from bounds, with its sign.
@@ -107,8 +111,21 @@ fn outside(value: f64, [lower, upper]: [f64; 2]) -> f64 {
 }
 
 impl Augmented<'_> {
-    fn first(&self) -> usize {
-        self.own.len() - self.bounds.len()
+    /// The places of values.
+    fn values(&self) -> Range<usize> {
+        let end = self.own.len() - self.bounds.len();
+        end - self.values.len()..end
+    }
+
+    /// `½ ρᵀρ + κᵀy`.
+    fn cost(&self, raw: &[f64]) -> f64 {
+        let values = self.values();
+        half_square(&raw[..values.start]) + dot(self.values, &raw[values])
+    }
+
+    /// Whether nothing is minimised beside the conditions.
+    fn is_alone(&self, raw: &[f64]) -> bool {
+        self.values.is_empty() && self.cost(raw) == 0.0
     }
 
     fn violation(&self, conditions: &[f64]) -> f64 {
@@ -183,12 +200,14 @@ impl Residuals for Augmented<'_> {
         }
         self.own.evaluate(theta, out, jacobian.as_deref_mut())?;
         self.raw.copy_from_slice(out);
-        let first = self.first();
+        let (values, first) = (self.values(), self.values().end);
         let evaluation = Evaluation {
             parameters: theta.to_vec(),
-            half_sum_of_squares: half_square(&out[..first]),
+            cost: self.cost(out),
             violation: self.violation(&out[first..]),
         };
+        let sizes = self.values.iter().zip(&out[values]).map(|(weight, y)| (weight * y).abs());
+        self.size = self.size.max(sizes.sum());
         self.stopped = !(self.watch)(&evaluation);
         for k in 0..self.bounds.len() {
             let (w, row) = (self.weights[k], first + k);
@@ -207,10 +226,13 @@ impl Residuals for Augmented<'_> {
 /// A point with residuals and derivatives, by relative parameters.
 struct Point {
     z: Vec<f64>,
-    raw: Vec<f64>, // ρ, c
-    r: Vec<f64>,
+    raw: Vec<f64>, // ρ, y, c
+    r: Vec<f64>,   // 0 of values
     J: DMatrix<f64>,
-    gradient: DVector<f64>, // Jᵀr
+    value: f64,              // κᵀy
+    steepness: DVector<f64>, // Yᵀκ
+    gradient: DVector<f64>,  // ∇f
+    size: f64,               // of values
 }
 
 impl Point {
@@ -225,9 +247,24 @@ impl Point {
         for (j, own) in parameters.iter().enumerate() {
             J.column_mut(j).iter_mut().for_each(|x| *x *= own.scale);
         }
-        let gradient = DVector::from_fn(z.len(), |j, _| dot(column(&J, j), &r));
-        let finite = r.iter().chain(J.iter()).all(|x| x.is_finite());
-        Ok(finite.then(|| Self { z, raw: own.raw.clone(), r, J, gradient }))
+        let (mut value, mut steepness) = (0.0, DVector::zeros(z.len()));
+        for (i, weight) in own.values().zip(own.values) {
+            value += weight * std::mem::take(&mut r[i]);
+            for j in 0..z.len() {
+                steepness[j] += weight * std::mem::take(&mut J[(i, j)]);
+            }
+        }
+        let squares = DVector::from_fn(z.len(), |j, _| dot(column(&J, j), &r));
+        let gradient = if own.values.is_empty() { squares } else { squares + &steepness };
+        let finite = value.is_finite()
+            && r.iter().chain(J.iter()).chain(steepness.iter()).all(|x| x.is_finite());
+        let (raw, size) = (own.raw.clone(), own.size);
+        Ok(finite.then(|| Self { z, raw, r, J, value, steepness, gradient, size }))
+    }
+
+    /// `f`.
+    fn cost(&self) -> f64 {
+        half_square(&self.r) + self.value
     }
 
     /// Parameters that are not held at a bound.
@@ -238,7 +275,12 @@ impl Point {
 
     /// Largest free derivative, in parts of the sizes of its terms.
     fn slope(&self, free: &[usize]) -> f64 {
-        slope(&self.J, &self.r, free)
+        if self.size == 0.0 {
+            return slope(&self.J, &self.r, free);
+        }
+        let size = |j: &usize| self.J.column(*j).norm() * (2.0 * half_square(&self.r)).sqrt();
+        let relative = |j: &usize| self.gradient[*j].abs() / (size(j) + self.size);
+        free.iter().map(relative).fold(0.0, f64::max)
     }
 }
 
@@ -263,7 +305,7 @@ impl Newton<'_> {
     fn minimum(&mut self, own: &mut Augmented<'_>, at: &mut Point) -> Round {
         loop {
             let free = at.free(self.parameters);
-            if at.slope(&free) <= FLAT || half_square(&at.r) == 0.0 {
+            if at.slope(&free) <= FLAT || own.values.is_empty() && half_square(&at.r) == 0.0 {
                 return Round::Minimum;
             }
             if self.steps >= self.most {
@@ -296,9 +338,11 @@ impl Newton<'_> {
         let curved = DMatrix::from_fn(free.len(), free.len(), |i, k| {
             plain[(i, k)] + self.S[(free[i], free[k])]
         });
-        let largest = plain.diagonal().amax().max(f64::MIN_POSITIVE);
         let right = DVector::from_fn(free.len(), |k, _| -at.gradient[free[k]]);
-        let before = half_square(&at.r);
+        // where no square bends the cost, a damping of 1 changes what is steepest by its own size
+        let steep = if own.values.is_empty() { 0.0 } else { right.amax() };
+        let largest = plain.diagonal().amax().max(steep).max(f64::MIN_POSITIVE);
+        let before = at.cost();
         for _ in 0..TRIALS {
             let damped =
                 &curved + DMatrix::identity(free.len(), free.len()) * (self.damping * largest);
@@ -311,8 +355,8 @@ impl Newton<'_> {
             let own_moved = DVector::from_fn(free.len(), |k, _| by[free[k]]);
             let predicted = right.dot(&own_moved) - 0.5 * own_moved.dot(&(&curved * &own_moved));
             if let Ok(Some(next)) = Point::at(own, self.parameters, z) {
-                let decrease = before - half_square(&next.r);
-                let close = decrease.abs() <= ROUNDING * before && size <= 1e-5;
+                let decrease = before - next.cost();
+                let close = decrease.abs() <= ROUNDING * before.abs() && size <= 1e-5;
                 if decrease > 0.0 || close && next.slope(free) < at.slope(free) {
                     if predicted > 0.0 && decrease > 0.75 * predicted {
                         self.damping *= 0.1;
@@ -334,7 +378,7 @@ impl Newton<'_> {
     fn update(&mut self, from: &Point, to: &Point) {
         let change: DVector<f64> = DVector::from_fn(to.z.len(), |j, _| to.z[j] - from.z[j]);
         let r = DVector::from_column_slice(&to.r);
-        let bend = (&to.J - &from.J).tr_mul(&r); // (J⁺ − J)ᵀ r⁺
+        let bend = (&to.J - &from.J).tr_mul(&r) + &to.steepness - &from.steepness; // [2.46]
         let y = &to.gradient - &from.gradient;
         let along = y.dot(&change);
         if along.abs() <= 1e-12 * y.norm() * change.norm() || along == 0.0 {
@@ -373,19 +417,22 @@ pub fn minimise(
     if let Some(odd) = parameters.iter().find(|own| !own.is_sound()) {
         return Err(FitError::Parameter(odd.name.clone()));
     }
-    let (all, bounds) = (residuals.len(), &conditions.bounds[..]);
+    let (all, values, bounds) = (residuals.len(), &conditions.values[..], &conditions.bounds[..]);
     let (count, first) = (bounds.len(), all - bounds.len());
     let z: Vec<f64> = parameters.iter().map(|own| own.start / own.scale).collect();
-    let weights = weigh(residuals, &theta(parameters, &z), parameters, first)?;
+    let weights = weigh(residuals, &theta(parameters, &z), parameters, (values, first))?;
     let least = weights.clone();
     let multipliers = vec![0.0; count];
     let paths = &conditions.paths[..];
-    let (stopped, raw) = (false, vec![0.0; all]);
+    let (stopped, raw, size) = (false, vec![0.0; all], 0.0);
+    let own = residuals;
     let mut own =
-        Augmented { own: residuals, bounds, paths, multipliers, weights, watch, stopped, raw };
+        Augmented { own, values, bounds, paths, multipliers, weights, watch, stopped, raw, size };
     let p = parameters.len();
+    // one of values alone begins with a step of the size of the parameters
+    let damping = if first == values.len() && !values.is_empty() { 1.0 } else { 1e-3 };
     let mut newton =
-        Newton { parameters, S: DMatrix::zeros(p, p), damping: 1e-3, steps: 0, most: max_steps };
+        Newton { parameters, S: DMatrix::zeros(p, p), damping, steps: 0, most: max_steps };
     let (mut before, mut outcome) = (vec![f64::INFINITY; count], None);
     let (mut z, mut raw) = (z, vec![0.0; all]);
     for round in 0..ROUNDS {
@@ -396,19 +443,19 @@ pub fn minimise(
             Err(_) | Ok(None) => break,
             Ok(Some(begun)) => begun,
         };
-        let mut at = begun;
-        let ended = newton.minimum(&mut own, &mut at);
-        (z, raw) = (at.z, at.raw);
+        let mut found = begun;
+        let ended = newton.minimum(&mut own, &mut found);
+        (z, raw) = (found.z, found.raw);
         if own.stopped {
             outcome = Some(DesignOutcome::Stopped);
             break;
         }
-        let (values, alone) = (&raw[first..], half_square(&raw[..first]) == 0.0);
-        let next = own.renewed(values);
+        let (at, alone) = (&raw[first..], own.is_alone(&raw));
+        let next = own.renewed(at);
         let size = norm_inf(&next);
         let moved = next.iter().zip(&own.multipliers).map(|(a, b)| a - b).collect::<Vec<_>>();
         let (met, settled) =
-            (own.is_met(values), norm_inf(&moved) <= (SETTLED * size).max(own.rounding()) || alone);
+            (own.is_met(at), norm_inf(&moved) <= (SETTLED * size).max(own.rounding()) || alone);
         own.multipliers = next;
         outcome = match ended {
             Round::Exhausted => Some(DesignOutcome::Exhausted),
@@ -422,7 +469,7 @@ pub fn minimise(
         }
         let mut heavy = !met;
         for k in 0..count {
-            let violated = outside(values[k], bounds[k]).abs();
+            let violated = outside(at[k], bounds[k]).abs();
             if violated > 0.25 * before[k] && violated > MET {
                 own.weights[k] = (10.0 * own.weights[k]).min(HEAVIEST * least[k]);
             }
@@ -435,20 +482,20 @@ pub fn minimise(
         }
     }
     let theta = theta(parameters, &z);
-    let values = raw[first..].to_vec();
+    let conditions = raw[first..].to_vec();
     let at_bound = |j: &usize| {
         let [min, max] = parameters[*j].bounds;
         theta[*j] <= min || theta[*j] >= max
     };
-    let alone = first == 0 || half_square(&raw[..first]) == 0.0;
+    let alone = own.is_alone(&raw);
     Ok(Design {
         outcome: outcome.unwrap_or(DesignOutcome::Exhausted),
         at_bounds: (0..theta.len()).filter(at_bound).collect(),
-        half_sum_of_squares: half_square(&raw[..first]),
-        violation: own.violation(&values),
+        cost: own.cost(&raw),
+        violation: own.violation(&conditions),
         // where nothing else is minimised conditions have no price
         multipliers: if alone { vec![0.0; count] } else { own.multipliers },
-        conditions: values,
+        conditions,
         parameters: theta,
         iterations: newton.steps,
     })
@@ -459,7 +506,7 @@ fn weigh(
     residuals: &mut dyn Residuals,
     theta: &[f64],
     parameters: &[Parameter],
-    first: usize,
+    (values, first): (&[f64], usize),
 ) -> Result<Vec<f64>, FitError> {
     let all = residuals.len();
     let (mut at, mut slopes) = (vec![0.0; all], DMatrix::zeros(all, theta.len()));
@@ -474,7 +521,10 @@ fn weigh(
         let scaled = |(j, own): (usize, &Parameter)| (own.scale * slopes[(i, j)]).powi(2);
         parameters.iter().enumerate().map(scaled).sum()
     };
-    let size: f64 = (0..first).map(square).sum();
+    let squares = first - values.len();
+    let of_values = (squares..first).zip(values);
+    let size: f64 = (0..squares).map(square).sum::<f64>()
+        + of_values.map(|(i, weight)| (weight * at[i]).abs()).sum::<f64>();
     let weight = |i: usize| {
         let own = square(i);
         // of no influence at the start: as a condition of size 1

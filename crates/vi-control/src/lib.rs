@@ -16,6 +16,7 @@
 //! | [`singular_values`] | what these are found by |
 //! | [`optimum`] | refinement, charts that follow, the verdict |
 //! | [`replay`] | an optimum as an ordinary run |
+//! | [`priced`] | its conditions as terms of a cost: how it changes with parameters |
 //! | `pounce` | a method, with the feature of this name |
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))] // equal bits on every machine
 #![forbid(unsafe_code)]
@@ -36,6 +37,7 @@ pub mod objective;
 pub mod optimum;
 #[cfg(feature = "pounce")]
 pub mod pounce;
+pub mod priced;
 pub mod program;
 pub mod replay;
 pub mod sensitivities;

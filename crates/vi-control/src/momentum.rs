@@ -5,6 +5,7 @@
 //! f_c = p_φ + Σ f_child,   τ_c = Σ d_I × p_I − r_c × f_c + Σ [(x_child − φ_c) × f_child + τ_child]
 //! ᴾp = n·f_c of a slide, n·τ_c of a turn about the anchor x_c = φ_c + r_c of the link c
 //! ∂Φ/∂p̄ = P ᴾp: the velocity of the rates ᴾp.   ∂Φ/∂q: its rate of working, differentiated
+//! Φ = Σ_j η_j ᴾp_j                                    the same with the rates η
 //! ```
 //! The momentum at rest is zero, so a weight on this term brings a tree to rest.
 
@@ -29,11 +30,12 @@ struct Link {
     slides: bool,
 }
 
-/// `½ Σ ᴾp_j²` of all joints.
+/// `½ Σ ᴾp_j²` of all joints, or `Σ η_j ᴾp_j`.
 #[derive(Clone, Debug)]
 pub struct TerminalMomentum {
-    links: Vec<Link>,       // parents first
-    moved: Vec<Vec<Moved>>, // by parameters
+    links: Vec<Link>,             // parents first
+    rates: Option<Vec<[f64; 2]>>, // η of each link: of its slide and of its turn
+    moved: Vec<Vec<Moved>>,       // by parameters
 }
 
 /// How a parameter changes the columns of a joint: `r` and `n`, in the directors of their bodies.
@@ -51,8 +53,9 @@ struct Motion {
     spin: Vector3<f64>,
     force: Vector3<f64>,
     torque: Vector3<f64>,
-    slide: f64, // ᴾp, and the rate of the joint
+    slide: f64, // rate of the joint: ᴾp, or η
     turn: f64,
+    power: f64, // ᴾp times the rate
 }
 
 impl TerminalMomentum {
@@ -79,7 +82,22 @@ impl TerminalMomentum {
                 slides,
             })
         });
-        Some(Self { links: links.collect::<Option<_>>()?, moved: Vec::new() })
+        Some(Self { links: links.collect::<Option<_>>()?, rates: None, moved: Vec::new() })
+    }
+
+    /// `Σ η_j ᴾp_j` of these unknowns of the tree.
+    #[must_use]
+    pub fn along(mut self, mechanism: &Mechanism, eta: &[(usize, f64)]) -> Self {
+        let of = |unknown: usize| eta.iter().filter(|own| own.0 == unknown).map(|own| own.1).sum();
+        let rates = mechanism.tree().links().iter().map(|link| {
+            let mut unknowns = link.offset..link.offset + link.dof();
+            let kind = link.joint.kind;
+            // along n first, then about n
+            let mut next = |moves: bool| if moves { unknowns.next().map_or(0.0, of) } else { 0.0 };
+            [next(!kind.transmits(2)), next(!kind.transmits(5))]
+        });
+        self.rates = Some(rates.collect());
+        self
     }
 
     /// The same where parameters change the mechanism so; `None` where one moves a joint that the
@@ -111,8 +129,11 @@ impl TerminalMomentum {
                 *torque += director(own, i).cross(&director(momentum, i));
             }
             let (force, torque) = (*force, *torque);
-            all[k].slide = if link.slides { axis.dot(&force) } else { 0.0 };
-            all[k].turn = if link.turns { axis.dot(&torque) } else { 0.0 };
+            let slide = if link.slides { axis.dot(&force) } else { 0.0 };
+            let turn = if link.turns { axis.dot(&torque) } else { 0.0 };
+            let [u, w] = self.rates.as_ref().map_or([slide, turn], |rates| rates[k]);
+            (all[k].slide, all[k].turn) = (u, w);
+            all[k].power = slide * u + turn * w;
             if let Some(parent) = link.parent {
                 let lever = center(own) + arm - center(frame(q, &self.links[parent]));
                 all[parent].force += force;
@@ -159,8 +180,8 @@ fn add(x: Vector3<f64>, scale: f64, first: usize, out: &mut [f64]) {
 
 impl Term for TerminalMomentum {
     fn of_end(&self, end: &State) -> f64 {
-        let all = self.motions(&end.q, &end.p);
-        0.5 * all.iter().map(|own| own.slide * own.slide + own.turn * own.turn).sum::<f64>()
+        let power: f64 = self.motions(&end.q, &end.p).iter().map(|own| own.power).sum();
+        if self.rates.is_some() { power } else { 0.5 * power }
     }
 
     fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
@@ -168,7 +189,7 @@ impl Term for TerminalMomentum {
         let Costate { q: out, p: by_p, .. } = out;
         let all = self.motions(q, p);
         for (k, link) in self.links.iter().enumerate() {
-            let Motion { velocity, spin, force, torque, slide, turn } = all[k];
+            let Motion { velocity, spin, force, torque, slide, turn, .. } = all[k];
             let (own, first) = (frame(q, link), link.frame);
             // ∂Φ/∂p̄ = (φ̇, ω × d_I)
             add(velocity, scale, first, by_p);

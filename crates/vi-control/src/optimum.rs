@@ -13,7 +13,7 @@ use crate::program::{
 };
 use crate::replay::Replay;
 use crate::transcription::problem::{MAX_INCREMENT, ProblemError};
-use crate::transcription::{Guess, Met, Motion, Transcription};
+use crate::transcription::{Guess, Met, Motion, PriceOfRest, Transcription, TurnPrice};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -76,6 +76,10 @@ pub struct Optimum {
     pub multipliers: Multipliers,
     /// Its conditions.
     pub met: Vec<Met>,
+    /// What rest at the end costs.
+    pub rest: PriceOfRest,
+    /// What the bounds of turns from node to node cost.
+    pub turns: Vec<TurnPrice>,
     /// Multipliers of the balances, shape `N × d`.
     pub costates: Vec<Vec<f64>>,
     /// Iterations of the last solve.
@@ -172,6 +176,8 @@ struct Solve {
     kkt: Kkt,
     multipliers: Multipliers,
     met: Vec<Met>,
+    rest: PriceOfRest,
+    turns: Vec<TurnPrice>,
     costates: Vec<Vec<f64>>,
     iterates: Vec<Iterate>,
     iterations: usize,
@@ -204,9 +210,13 @@ fn solve(
         let motion = program.borrow().motion(&solved.x).map_err(undefined)?;
         let kkt = Kkt::judge(&mut *program.borrow_mut(), &solved.x, &solved.multipliers);
         let met = program.borrow().met(&solved.x, &solved.multipliers).map_err(undefined)?;
+        let rest = program.borrow().price_of_rest(&solved.x, &solved.multipliers);
+        let turns = program.borrow().prices_of_turns(&solved.multipliers);
         let costates = program.borrow().costates(&solved.multipliers);
         return Ok(Solve {
             met,
+            rest: rest.map_err(undefined)?,
+            turns,
             costates,
             outcome: solved.outcome,
             motion,
@@ -256,6 +266,8 @@ fn judged(
         replay,
         multipliers: solved.multipliers,
         met: solved.met,
+        rest: solved.rest,
+        turns: solved.turns,
         costates: solved.costates,
         iterates: solved.iterates,
         iterations,

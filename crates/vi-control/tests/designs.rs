@@ -1,4 +1,4 @@
-//! Least squares under conditions: minima by hand, with their prices.
+//! Squares and values under conditions: minima by hand, with their prices.
 
 use nalgebra::DMatrix;
 use vi_control::constrained_least_squares::{Conditions, Design, DesignOutcome, minimise};
@@ -37,8 +37,12 @@ fn parameters(starts: &[f64], bounds: [f64; 2]) -> Vec<Parameter> {
 }
 
 fn solve(rows: Vec<Row>, bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
-    minimise(&mut Rows(rows), &Conditions { bounds, paths: Vec::new() }, own, 300, &mut |_| true)
-        .unwrap()
+    with_values(rows, &[], bounds, own)
+}
+
+fn with_values(rows: Vec<Row>, values: &[f64], bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
+    let conditions = Conditions { values: values.to_vec(), bounds, paths: Vec::new() };
+    minimise(&mut Rows(rows), &conditions, own, 300, &mut |_| true).unwrap()
 }
 
 const WIDE: [f64; 2] = [-10.0, 10.0];
@@ -55,7 +59,7 @@ fn an_equation_is_met_and_has_its_price() {
     let ([x, y], l) = ([found.parameters[0], found.parameters[1]], found.multipliers[0]);
     assert!((x * x + y * y - 1.0).abs() < 1e-10);
     assert!((x - 2.0 + 2.0 * l * x).abs() < 1e-8 && (9.0 * (y - 1.0) + 2.0 * l * y).abs() < 1e-8);
-    let [more, less] = [1.0 + 1e-4, 1.0 - 1e-4].map(|u| at(u).half_sum_of_squares);
+    let [more, less] = [1.0 + 1e-4, 1.0 - 1e-4].map(|u| at(u).cost);
     let slope = (more - less) / 2e-4;
     assert!((slope + l).abs() < 1e-6, "{slope} {l}");
 }
@@ -74,7 +78,7 @@ fn inequalities_act_where_they_are_active() {
     let narrow = parameters(&[0.5, 0.1], [0.0, 0.7]);
     let cut = solve(vec![X, Y, CIRCLE], vec![[f64::NEG_INFINITY, 9.0]], &narrow);
     assert_eq!(cut.at_bounds, [0, 1]);
-    assert!((cut.half_sum_of_squares - 0.5 * (1.69 + 0.81)).abs() < 1e-9);
+    assert!((cut.cost - 0.5 * (1.69 + 0.81)).abs() < 1e-9);
 }
 
 /// Conditions alone are solved as equations; those that nothing meets are infeasible.
@@ -94,7 +98,7 @@ fn conditions_alone_are_equations() {
         *seen += 1;
         *seen < 3
     };
-    let bounds = Conditions { bounds: vec![[0.2; 2]], paths: Vec::new() };
+    let bounds = Conditions { bounds: vec![[0.2; 2]], ..Conditions::default() };
     let stopped =
         minimise(&mut Rows(vec![cubic]), &bounds, &parameters(&[9.0], WIDE), 300, &mut watch);
     assert_eq!(stopped.unwrap().outcome, DesignOutcome::Stopped);
@@ -127,7 +131,8 @@ fn a_path_touches_its_bound_at_an_extreme() {
         }
     }
     let bounds = vec![[f64::NEG_INFINITY, 0.8]; 50];
-    let conditions = Conditions { bounds, paths: std::iter::once(0..50).collect() };
+    let conditions =
+        Conditions { values: Vec::new(), bounds, paths: std::iter::once(0..50).collect() };
     for start in [0.3, 1.0, 5.0] {
         let own = parameters(&[start], WIDE);
         let found = minimise(&mut Path, &conditions, &own, 300, &mut |_| true).unwrap();
@@ -139,4 +144,51 @@ fn a_path_touches_its_bound_at_an_extreme() {
         assert!((found.multipliers[19] * largest - (2.0 - 0.8 / largest)).abs() < 1e-6);
         assert!(found.iterations < 60, "{}", found.iterations);
     }
+}
+
+/// A curved valley as a value of weight 3, which no residual is: its minimum is found, with a slope
+/// of zero.
+#[test]
+fn values_are_minimised_as_they_are() {
+    let valley: Row = (
+        |p| (1.0 - p[0]).powi(2) + 5.0 * (p[1] - p[0] * p[0]).powi(2) - 4.0,
+        |p| {
+            let bent = 10.0 * (p[1] - p[0] * p[0]);
+            vec![-2.0 * (1.0 - p[0]) - 2.0 * bent * p[0], bent]
+        },
+    );
+    let found = with_values(vec![valley], &[3.0], Vec::new(), &parameters(&[-1.2, 0.8], WIDE));
+    println!("{found:?}");
+    assert_eq!(found.outcome, DesignOutcome::Optimal);
+    assert!(found.parameters.iter().all(|x| (x - 1.0).abs() < 1e-6));
+    assert!((found.cost + 12.0).abs() < 1e-12 && found.iterations < 60);
+    // a slope alone leads to a bound
+    let slope: Row = (|p| p[0] - 2.0 * p[1], |_| vec![1.0, -2.0]);
+    let cut = with_values(vec![slope], &[1.0], Vec::new(), &parameters(&[0.5, 0.1], [-3.0, 7.0]));
+    assert_eq!((cut.outcome, &cut.at_bounds[..]), (DesignOutcome::Optimal, &[0, 1][..]));
+    assert_eq!(cut.parameters, [-3.0, 7.0]);
+}
+
+/// A square, a value and an equation: `∇(½ρ²) + κ ∇y + λ ∇c = 0`.
+#[test]
+fn values_stand_beside_squares_and_conditions() {
+    let value: Row = (
+        |p| (0.5 * p[0]).exp() * p[1],
+        |p| {
+            let e = (0.5 * p[0]).exp();
+            vec![0.5 * e * p[1], e]
+        },
+    );
+    let own = parameters(&[0.4, 0.9], WIDE);
+    let found = with_values(vec![X, Y, value, CIRCLE], &[0.7], vec![[1.0; 2]], &own);
+    println!("{found:?}");
+    assert_eq!(found.outcome, DesignOutcome::Optimal);
+    let ([x, y], l) = ([found.parameters[0], found.parameters[1]], found.multipliers[0]);
+    let e = 0.7 * (0.5 * x).exp();
+    assert!((x * x + y * y - 1.0).abs() < 1e-10);
+    let left = [x - 2.0 + 0.5 * e * y + 2.0 * l * x, 9.0 * (y - 1.0) + e + 2.0 * l * y];
+    assert!(left.iter().all(|x| x.abs() < 1e-8), "{left:?}");
+    assert!(
+        (found.cost - (0.5 * ((x - 2.0).powi(2) + 9.0 * (y - 1.0).powi(2)) + e * y)).abs() < 1e-12
+    );
 }

@@ -158,7 +158,7 @@ fn forward(text: &str) -> Vec<(String, f64)> {
     let model = text.model(&[]).unwrap();
     let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
     let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
-    prepared.depend(&[], &tangents).unwrap();
+    prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
     let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);

@@ -475,7 +475,7 @@ fn same_bits_with_checkpoints(text: &str, by_step: bool) {
         let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
         let tangents = Wanted::everything();
         let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
-        prepared.depend(&[], &tangents).unwrap();
+        prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
         let begin = Begin::new(&mut prepared).unwrap();
         let design =
             crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();

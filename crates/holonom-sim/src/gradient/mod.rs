@@ -53,8 +53,10 @@ use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
 use holonom_model::{Model, ModelError, ModelText, Override};
 use objective::Costs;
+pub(crate) use objective::Prices;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
+use std::sync::Arc;
 use trial::{InitialCoordinate, StatedStart};
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
@@ -315,21 +317,56 @@ pub fn gradient(
     model: &Model,
     wanted: &Wanted,
 ) -> Result<ModelGradient, GradientFailure> {
-    let model = &objective::with_sensors(model, &wanted.of);
-    if model.objectives.is_empty() {
+    let from = &objective::with_sensors(model, &wanted.of);
+    if from.objectives.is_empty() {
         let help = "add an [[objective]]: effort, work, time, rate, sensor, value or momentum, or name a sensor by --of";
         return Err(refused("objective", "a gradient of nothing", help).into());
     }
-    let from = model;
+    let swept = sweep((text, overrides, from), wanted, &Prices::default())?;
+    let Swept { mut gradient, model, wanted, begin, starts, changes } = swept;
+    terms(from, &wanted, &mut gradient)?;
+    grow(&model, &wanted, (&begin, &starts, &changes), &mut gradient)?;
+    Ok(gradient)
+}
+
+/// The derivatives by parameters of the objectives of a model and of its conditions, as objectives,
+/// at their prices.
+///
+/// # Errors
+/// [`GradientFailure`].
+pub(crate) fn priced(
+    from: (&ModelText, &[Override], &Model),
+    wanted: &Wanted,
+    prices: &Prices,
+) -> Result<Vec<ByParameter>, GradientFailure> {
+    Ok(sweep(from, wanted, prices)?.gradient.parameters)
+}
+
+/// A gradient with what it was found from.
+struct Swept {
+    gradient: ModelGradient,
+    model: Arc<Model>, // with loads as they grow
+    wanted: Wanted,
+    begin: Begin,
+    starts: start::StartDerivatives,
+    changes: Vec<StartTangent>,
+}
+
+/// One run forward and one backward.
+fn sweep(
+    (text, overrides, from): (&ModelText, &[Override], &Model),
+    wanted: &Wanted,
+    prices: &Prices,
+) -> Result<Swept, GradientFailure> {
     let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
-    let own = prepared.model.clone(); // with loads as they grow
+    let own = prepared.model.clone();
     let model = &*own;
-    let wanted = &wanted.of_run(&prepared)?;
+    let wanted = wanted.of_run(&prepared)?;
     let tangents = match wanted.parameters {
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    prepared.depend(&wanted.of, &tangents)?;
+    prepared.depend((&wanted.of, prices), &tangents)?;
     let begin = Begin::new(&mut prepared)?;
     let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
@@ -396,7 +433,7 @@ pub fn gradient(
     let controls = if wanted.controls { &model.controls[..] } else { &[] };
     let equilibrium = prepared.outside.still.as_ref();
     let equilibrium = equilibrium.map(|own| Equilibrium { t: begin.t, unstable: own.unstable });
-    let mut gradient = ModelGradient {
+    let gradient = ModelGradient {
         model: model.header.name.clone(),
         steps: prepared.steps,
         step,
@@ -418,9 +455,7 @@ pub fn gradient(
         );
         return Err(refused(&key_of(&own.name), what, LEAVE_OUT).into());
     }
-    terms(from, wanted, &mut gradient)?;
-    grow(model, wanted, (&begin, &starts, &changes), &mut gradient)?;
-    Ok(gradient)
+    Ok(Swept { gradient, model: own, wanted, begin, starts, changes })
 }
 
 /// Independent coordinates of joints at the start of a model, as derivatives are by them: joint,

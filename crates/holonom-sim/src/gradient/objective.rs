@@ -1,17 +1,21 @@
 //! The objectives of a model as terms of a cost.
 
 use crate::design::{ModelTangent, refused};
+use crate::shown::configuration::{Measured, Sensed};
 use crate::shown::counted::Counted;
 use crate::shown::{Shown, forces};
 use crate::system::System;
 use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind, Sensor};
+use std::collections::BTreeMap;
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
 use vi_control::momentum::TerminalMomentum;
 use vi_control::objective::{
     self, Effort, Judged, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
 };
-use vi_control::terminal_rate::{NodeQuantity, NodeSources, RateOf, TerminalRate};
+use vi_control::priced::{AtNodes, VelocityAlong};
+use vi_control::terminal_rate::{Level, NodeQuantity, NodeSources, RateOf, TerminalRate};
+use vi_control::transcription::PriceOfRest;
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
 use vi_multibody::joint_coordinate::JointCoordinate;
@@ -31,6 +35,17 @@ pub(crate) fn with_sensors(model: &Model, of: &[String]) -> Model {
         }
     }
     model
+}
+
+/// Objectives that are conditions of an optimum, with their multipliers [2.66].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Prices {
+    /// Of objectives that count at single nodes: each node with its multiplier.
+    pub(crate) nodes: BTreeMap<String, Vec<(usize, f64)>>,
+    /// Of rest.
+    pub(crate) rest: PriceOfRest,
+    /// Of unknowns of the tree whose turns are bounded, at nodes.
+    pub(crate) turns: BTreeMap<usize, Vec<(usize, f64)>>,
 }
 
 /// A cost, with what is no matter of the motion.
@@ -73,8 +88,18 @@ impl Costs {
     /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        parts: (&mut System, &MechanismIntegrator),
         of: &[String],
+        tangents: &[ModelTangent],
+    ) -> Result<Self, ModelError> {
+        Self::priced(model, parts, (of, &Prices::default()), tangents)
+    }
+
+    /// The same with the prices of conditions.
+    pub(crate) fn priced(
+        model: &Model,
+        (system, run): (&mut System, &MechanismIntegrator),
+        (of, prices): (&[String], &Prices),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
         if let Some(unknown) =
@@ -87,9 +112,87 @@ impl Costs {
         let mut costs = Self { sum: Objective::new(), of_rates: Vec::new() };
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
-            costs.add(model, (system, run), own, tangents)?;
+            match prices.nodes.get(&own.name) {
+                Some(at) => costs.add_at_nodes(model, (system, run), (own, at), tangents)?,
+                None => costs.add(model, (system, run), own, tangents)?,
+            }
         }
+        costs.add_rest(model, (system, run), &prices.rest, tangents)?;
+        costs.add_turns(model, (system, run), &prices.turns, tangents);
         Ok(costs)
+    }
+
+    /// A number of single nodes, each with its weight.
+    fn add_at_nodes(
+        &mut self,
+        model: &Model,
+        (system, run): (&mut System, &MechanismIntegrator),
+        (own, at): (&Stated, &[(usize, f64)]),
+        tangents: &[ModelTangent],
+    ) -> Result<(), ModelError> {
+        let Counted::Sensor { key, of, judged } = Counted::of(model, own)? else { return Ok(()) };
+        let shown = Shown::of((model, run.rows()), system, &key, of, tangents)?;
+        let from = (model, &*system, run);
+        let term: Box<dyn Term> = match shown {
+            Shown::Node(number) => Box::new(rate_term(&key, (number, judged), from, tangents)?),
+            Shown::Configuration(quantity, Reading::Rate) => {
+                Box::new(rate_term(&key, (RateOf(quantity), judged), from, tangents)?)
+            }
+            Shown::Configuration(quantity, Reading::Value) => {
+                Box::new(Terminal { quantity, judged })
+            }
+        };
+        let term = AtNodes::new(term, nodes_of(model, run), at.iter().copied());
+        self.sum.add_along(own.weight, Box::new(term));
+        Ok(())
+    }
+
+    /// Angles of joints at nodes.
+    fn add_turns(
+        &mut self,
+        model: &Model,
+        (system, run): (&mut System, &MechanismIntegrator),
+        turns: &BTreeMap<usize, Vec<(usize, f64)>>,
+        tangents: &[ModelTangent],
+    ) {
+        for (k, joint) in model.joints.iter().enumerate() {
+            for freedom in 0..joint.pair().coordinate_count() {
+                let mechanism = &mut system.mechanism;
+                let of_tree = mechanism.description().joints.get(k);
+                let unknown = of_tree.and_then(|own| mechanism.tree().unknown_of(own, freedom));
+                let priced = unknown.and_then(|own| Some((own.sign, turns.get(&own.index)?)));
+                let angle = Measured::coordinate(model, mechanism, &joint.name, freedom);
+                let (Some((sign, at)), Some(angle)) = (priced, angle) else { continue };
+                let quantity = Sensed::new(angle, mechanism, &joint.name, tangents);
+                let term = Box::new(Terminal { quantity, judged: Judged::Itself });
+                let term = AtNodes::new(term, nodes_of(model, run), at.iter().copied());
+                self.sum.add_along(sign, Box::new(term));
+            }
+        }
+    }
+
+    /// The momentum that is zero at rest.
+    fn add_rest(
+        &mut self,
+        model: &Model,
+        (system, run): (&mut System, &MechanismIntegrator),
+        rest: &PriceOfRest,
+        tangents: &[ModelTangent],
+    ) -> Result<(), ModelError> {
+        match rest {
+            PriceOfRest::Free => (),
+            PriceOfRest::All(momentum) => {
+                let number = (VelocityAlong(momentum.clone()), Judged::Itself);
+                let term = rate_term("condition", number, (model, &*system, run), tangents)?;
+                self.sum.add(1.0, Box::new(term));
+            }
+            PriceOfRest::Unknowns(eta) => {
+                let key = "condition".to_owned();
+                let term = momentum_term(system, &key, tangents)?;
+                self.sum.add(1.0, Box::new(term.along(&system.mechanism, eta)));
+            }
+        }
+        Ok(())
     }
 
     fn add(
@@ -143,14 +246,7 @@ impl Costs {
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
-        let of_tree = TerminalMomentum::of(&system.mechanism);
-        let term = of_tree.and_then(|own| own.by_parameters(&numbers)).ok_or_else(|| {
-            let what = "momenta along joints that are not all revolute, prismatic, cylindrical or \
-                        fixed, of a tree, the parent inboard";
-            let help = "take rates of joints, by sensors";
-            refused(&format!("objective.{}.type", own.name), what, help)
-        })?;
+        let term = momentum_term(system, &format!("objective.{}.type", own.name), tangents)?;
         self.sum.add(own.weight, Box::new(term));
         Ok(())
     }
@@ -196,7 +292,6 @@ impl Costs {
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
-        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let (reads, of_states) = (quantity.reads(), run.reads_states() || system.stands);
         forces::known(&key, reads, of_states)?;
         // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
@@ -205,13 +300,8 @@ impl Costs {
             true => Some(forces::level(system, tangents)?),
             false => None,
         };
-        let masses = forces::masses((model, system), run, quantity.reads_velocity());
-        let sources = NodeSources { level, masses };
-        let term = TerminalRate::with((quantity, judged), run, &numbers, sources);
-        let term = term.map_err(|error| {
-            let help = "take a position or a joint coordinate";
-            refused(&key, error.to_string(), help)
-        })?;
+        let from = (model, system, run);
+        let term = rate_term_by(&key, (quantity, judged), from, (tangents, level))?;
         let (weight, term) = (own.weight, Box::new(term));
         let counted = match own.at {
             CountedAt::End => objective::Counted::AtEnd,
@@ -256,4 +346,51 @@ impl Costs {
         }
         out
     }
+}
+
+/// The start of a run, its step, and how many.
+fn nodes_of(model: &Model, run: &MechanismIntegrator) -> (f64, f64, usize) {
+    let steps = usize::try_from(model.settings.steps()).unwrap_or(usize::MAX);
+    (run.state().t, model.settings.step, steps)
+}
+
+/// A number of a node that follows from configuration and velocity.
+fn rate_term<Q: NodeQuantity + 'static>(
+    key: &str,
+    number: (Q, Judged),
+    from: (&Model, &System, &MechanismIntegrator),
+    tangents: &[ModelTangent],
+) -> Result<TerminalRate<Q>, ModelError> {
+    rate_term_by(key, number, from, (tangents, None))
+}
+
+/// The same of one that may follow from the acceleration level.
+fn rate_term_by<Q: NodeQuantity + 'static>(
+    key: &str,
+    (quantity, judged): (Q, Judged),
+    (model, system, run): (&Model, &System, &MechanismIntegrator),
+    (tangents, level): (&[ModelTangent], Option<Level>),
+) -> Result<TerminalRate<Q>, ModelError> {
+    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+    let masses = forces::masses((model, system), run, quantity.reads_velocity());
+    let sources = NodeSources { level, masses };
+    TerminalRate::with((quantity, judged), run, &numbers, sources).map_err(|error| {
+        let help = "take a position or a joint coordinate";
+        refused(key, error.to_string(), help)
+    })
+}
+
+/// Momenta along the joints at the end.
+fn momentum_term(
+    system: &System,
+    key: &str,
+    tangents: &[ModelTangent],
+) -> Result<TerminalMomentum, ModelError> {
+    let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+    let of_tree = TerminalMomentum::of(&system.mechanism);
+    of_tree.and_then(|own| own.by_parameters(&numbers)).ok_or_else(|| {
+        let what = "momenta along joints that are not all revolute, prismatic, cylindrical or \
+                    fixed, of a tree, the parent inboard";
+        refused(key, what, "take rates of joints, by sensors")
+    })
 }

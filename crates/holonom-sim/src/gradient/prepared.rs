@@ -1,7 +1,7 @@
 //! A run with what derivatives need: its controls, its costs, its start.
 
 use super::equilibrium::{self, AtEnd};
-use super::objective::Costs;
+use super::objective::{Costs, Prices};
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::stored;
 use crate::design::{ModelTangent, refused};
@@ -106,15 +106,15 @@ impl Prepared {
         Ok(Self { model: kept, simulation, system, controls, costs, outside, steps })
     }
 
-    /// The costs with their derivatives by parameters.
+    /// The costs with their derivatives by parameters, conditions at their prices.
     pub(crate) fn depend(
         &mut self,
-        of: &[String],
+        of: (&[String], &Prices),
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let (model, system) = (&*self.model, &mut self.system);
         let parts = (system, &*self.simulation.integrator());
-        self.costs = Costs::new(model, parts, of, tangents)?;
+        self.costs = Costs::priced(model, parts, of, tangents)?;
         Ok(())
     }
 

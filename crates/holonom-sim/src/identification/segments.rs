@@ -102,7 +102,7 @@ pub(super) fn meet(
     max_steps: usize,
 ) -> Result<Vec<f64>, FitError> {
     let conditions =
-        Conditions { bounds: vec![[0.0; 2]; parameters.len() - first], paths: Vec::new() };
+        Conditions { bounds: vec![[0.0; 2]; parameters.len() - first], ..Conditions::default() };
     Ok(minimise(residuals, &conditions, parameters, max_steps, &mut |_| true)?.parameters)
 }
 

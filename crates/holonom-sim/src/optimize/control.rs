@@ -40,6 +40,8 @@ enum Beginning {
     Line(Vec<f64>),
     /// A motion with its controls.
     Run(Vec<Vec<f64>>, Vec<Vec<f64>>),
+    /// What joint coordinates change by in each step, with the controls.
+    Steps(Vec<Vec<f64>>, Vec<Vec<f64>>),
 }
 
 /// A model as a problem for any number of steps.
@@ -56,7 +58,7 @@ struct ModelSetting<'a> {
 
 impl<'a> ModelSetting<'a> {
     fn new(model: &'a Model, settings: &Optimize) -> Result<Self, ModelError> {
-        supported(model, settings)?;
+        supported(model)?;
         let mut prepared = Prepared::new(model, &[], (&[], &Outside::default()))?;
         let begin = Begin::new(&mut prepared)?;
         let mut system = system::build(model)?;
@@ -138,6 +140,22 @@ impl<'a> ModelSetting<'a> {
         Ok(Beginning::Run(nodes, rows))
     }
 
+    /// Begins with the motion of the same mechanism with other numbers: with the same changes of
+    /// joint coordinates, where these add up.
+    fn begin_beside(&mut self, motion: &Motion) {
+        let links = self.system.mechanism.tree().links();
+        if links.iter().all(|link| link.joint.kind.rotation_vector().is_none()) {
+            let step = |pair: &[Vec<f64>]| {
+                pair[1].iter().zip(&pair[0]).map(|(to, from)| to - from).collect()
+            };
+            let steps = motion.travel.windows(2).map(step).collect();
+            self.beginning = Beginning::Steps(steps, motion.controls.clone());
+        }
+        if let FinalTime::Free { guess, .. } = &mut self.problem.time {
+            *guess = motion.step * motion.controls.len() as f64;
+        }
+    }
+
     /// The problem of fewer steps.
     fn of_steps(&self, steps: usize) -> Problem {
         let mut problem = self.problem.clone();
@@ -157,6 +175,9 @@ impl<'a> ModelSetting<'a> {
         match &self.beginning {
             Beginning::Run(nodes, controls) => {
                 Guess::of_run(&self.system.mechanism, nodes, controls, steps)
+            }
+            Beginning::Steps(changes, controls) => {
+                Guess { path: Path::Increments(changes.clone()), controls: controls.clone() }
             }
             Beginning::Line(disturbed) => {
                 let at = |n: usize| {
@@ -223,7 +244,28 @@ pub(super) fn control(
     method: &mut dyn NlpSolver,
     progress: &Watch,
 ) -> Result<Found, OptimizeFailure> {
+    let Searched { found, rows, starts } = search(model, settings, (method, progress), None)?;
+    Ok(report(model, found, (rows, starts)))
+}
+
+/// What a search has found, with its iterations and what its beginnings came to.
+pub(super) struct Searched {
+    pub(super) found: Optimum,
+    pub(super) rows: Vec<Step>,
+    pub(super) starts: Vec<StartFound>,
+}
+
+/// Looks for the controls of a model, from the motion of another one where it is given.
+pub(super) fn search(
+    model: &Model,
+    settings: &Optimize,
+    (method, progress): (&mut dyn NlpSolver, &Watch),
+    from: Option<&Motion>,
+) -> Result<Searched, OptimizeFailure> {
     let mut setting = ModelSetting::new(model, settings)?;
+    if let Some(motion) = from {
+        setting.begin_beside(motion);
+    }
     let (steps, d) = (setting.problem.steps, setting.change.len());
     let mut random = Random(SEED);
     let (mut best, mut starts): (Option<(Optimum, Vec<Step>)>, _) = (None, Vec::new());
@@ -268,7 +310,7 @@ pub(super) fn control(
     let Some((found, rows)) = best else {
         return Err(OptimizeFailure::Run("there is no search".to_owned()));
     };
-    Ok(report(model, found, (rows, starts)))
+    Ok(Searched { found, rows, starts })
 }
 
 /// What helps where there is no program.

@@ -1,7 +1,7 @@
 //! Parameters alone: a motion of its own for each of their values.
 //!
 //! ```text
-//! J(θ) = Σ weight ½ e²      a term of a sensor is a square: least squares, with exact derivatives beside the run
+//! J(θ) = Σ weight ½ e² + Σ weight y      squares of deviations, and values, with exact derivatives beside the run
 //! l ≤ c(θ) ≤ u              conditions on sensors
 //! ```
 //! The method is [`vi_control::constrained_least_squares`].
@@ -18,7 +18,7 @@ use crate::gradient::{TermValue, equilibrium};
 use crate::random::Random;
 use crate::shown::reading;
 use holonom_model::{
-    Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText,
+    Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText, Objective,
     ObjectiveKind, Optimize, Override, Scheme,
 };
 use vi_control::constrained_least_squares::{
@@ -34,6 +34,8 @@ struct Rows {
     reads: Vec<SensorRead>,
     /// Of each objective: its rows.
     objectives: Vec<std::ops::Range<usize>>,
+    /// Of rows that count as they are, after those of squares: what they are weighted with.
+    weights: Vec<f64>,
     /// Of each condition: its rows.
     conditions: Vec<std::ops::Range<usize>>,
     bounds: Vec<[f64; 2]>,
@@ -46,50 +48,82 @@ impl Rows {
             equilibrium::supported(model, &[])?;
         }
         let (series, reads, objectives) = (Vec::new(), Vec::new(), Vec::new());
-        let (conditions, bounds) = (Vec::new(), Vec::new());
-        let mut rows = Self { series, reads, objectives, conditions, bounds, count: 0 };
-        let (last, h) = (last_step(model), model.settings.step);
-        for own in &model.objectives {
-            let first = rows.count;
-            let key = format!("objective.{}", own.name);
-            if own.weight <= 0.0 {
-                let help = "write a positive weight: the sum of squares becomes least";
-                return Err(refused(
-                    &format!("{key}.weight"),
-                    "a design that makes a square largest",
-                    help,
-                ));
+        let (weights, conditions, bounds) = (Vec::new(), Vec::new(), Vec::new());
+        let mut rows = Self { series, reads, objectives, weights, conditions, bounds, count: 0 };
+        rows.objectives = vec![0..0; model.objectives.len()];
+        for values in [false, true] {
+            for (k, own) in model.objectives.iter().enumerate() {
+                if (own.kind == ObjectiveKind::Value) == values {
+                    rows.objectives[k] = rows.objective(model, own)?;
+                }
             }
-            if own.kind == ObjectiveKind::Sensor {
-                let sensor = own.sensor.clone().unwrap_or_default();
-                let key = format!("{key}.sensor");
-                let mut read = |nodes: Vec<usize>, weight: f64| {
-                    let sigma = 1.0 / weight.sqrt();
-                    rows.read(model, (&key, &sensor), nodes, [own.target, sigma]);
-                };
+        }
+        rows.conditions(model)?;
+        if rows.count == 0 {
+            let what = "a design without an aim";
+            let help = "add an [[objective]] of type \"sensor\" or \"value\", or a [[condition]]";
+            return Err(refused("optimize", what, help));
+        }
+        Ok(rows)
+    }
+
+    /// Adds an objective; returns its rows.
+    fn objective(
+        &mut self,
+        model: &Model,
+        own: &Objective,
+    ) -> Result<std::ops::Range<usize>, ModelError> {
+        let first = self.count;
+        let key = format!("objective.{}", own.name);
+        match own.kind {
+            ObjectiveKind::Sensor if own.weight <= 0.0 => {
+                let what = "a design that makes a square largest";
+                let help = "write a positive weight: the sum of squares becomes least";
+                return Err(refused(&format!("{key}.weight"), what, help));
+            }
+            ObjectiveKind::Sensor | ObjectiveKind::Value => {
+                let (last, h) = (last_step(model), model.settings.step);
                 match own.at {
-                    CountedAt::End => read(vec![last], own.weight),
+                    CountedAt::End => self.count_at(model, own, vec![last], own.weight),
                     CountedAt::Path => {
-                        read((1..last).collect(), own.weight * h); // the trapezoidal rule
-                        read(vec![0, last], 0.5 * own.weight * h);
+                        // the trapezoidal rule
+                        self.count_at(model, own, (1..last).collect(), own.weight * h);
+                        self.count_at(model, own, vec![0, last], 0.5 * own.weight * h);
                     }
                 }
-            } else if matches!(own.kind, ObjectiveKind::Value | ObjectiveKind::Momentum) {
-                let what = "a design by what is no square of a deviation";
-                let help = "write type = \"sensor\" with a `target`, or a [[condition]]";
-                return Err(refused(&format!("{key}.type"), what, help));
-            } else if own.kind != ObjectiveKind::Time {
-                let help = "take a sensor: without controls there is no effort";
-                return Err(refused(
-                    &format!("{key}.type"),
-                    "a design by efforts of controls",
-                    help,
-                ));
             }
-            rows.objectives.push(first..rows.count);
+            ObjectiveKind::Time => (),
+            ObjectiveKind::Momentum => {
+                let what = "a design by momenta along joints";
+                let help = "take rates of joints, by sensors";
+                return Err(refused(&format!("{key}.type"), what, help));
+            }
+            _ => {
+                let what = "a design by efforts of controls";
+                let help = "take a sensor: without controls there is no effort";
+                return Err(refused(&format!("{key}.type"), what, help));
+            }
         }
+        Ok(first..self.count)
+    }
+
+    /// Counts what a sensor shows at some nodes.
+    fn count_at(&mut self, model: &Model, own: &Objective, nodes: Vec<usize>, weight: f64) {
+        let sensor = own.sensor.clone().unwrap_or_default();
+        let key = format!("objective.{}.sensor", own.name);
+        let of_row = match own.kind {
+            ObjectiveKind::Value => {
+                self.weights.extend(nodes.iter().map(|_| weight));
+                [0.0, 1.0]
+            }
+            _ => [own.target, 1.0 / weight.sqrt()],
+        };
+        self.read(model, (&key, &sensor), nodes, of_row);
+    }
+
+    fn conditions(&mut self, model: &Model) -> Result<(), ModelError> {
         for own in &model.conditions {
-            let first = rows.count;
+            let first = self.count;
             let key = format!("condition.{}", own.name);
             if own.kind == ConditionKind::Rest {
                 let help =
@@ -98,16 +132,11 @@ impl Rows {
             }
             let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
-            rows.bounds.extend(vec![own.bounds(); nodes.len()]);
-            rows.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
-            rows.conditions.push(first..rows.count);
+            self.bounds.extend(vec![own.bounds(); nodes.len()]);
+            self.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
+            self.conditions.push(first..self.count);
         }
-        if rows.count == 0 {
-            let what = "a design without an aim";
-            let help = "add an [[objective]] of type \"sensor\", or a [[condition]]";
-            return Err(refused("optimize", what, help));
-        }
-        Ok(rows)
+        Ok(())
     }
 
     fn read(
@@ -160,7 +189,7 @@ fn nodes_of(own: &Condition, model: &Model) -> Result<Vec<usize>, ModelError> {
 }
 
 /// The parameters that are free, at their values.
-fn free(
+pub(super) fn free(
     text: &ModelText,
     overrides: &[Override],
     settings: &Optimize,
@@ -211,7 +240,8 @@ pub(super) fn design(
     let mut residuals = MotionResiduals::new(trials(), rows.series.clone()).map_err(wrong)?;
     let first = rows.count - rows.bounds.len();
     let paths = rows.conditions.iter().map(|own| own.start - first..own.end - first).collect();
-    let conditions = Conditions { bounds: rows.bounds.clone(), paths };
+    let values = rows.weights.clone();
+    let conditions = Conditions { values, bounds: rows.bounds.clone(), paths };
     let (mut best, mut starts): (Option<(Design, Vec<Step>)>, _) = (None, Vec::new());
     let mut random = Random(SEED);
     for start in 1..=settings.starts {
@@ -225,7 +255,7 @@ pub(super) fn design(
         let mut steps = Vec::new();
         let mut watch = |at: &Evaluation| {
             let (iteration, infeasibility) = (steps.len(), at.violation);
-            let cost = at.half_sum_of_squares + constant(model);
+            let cost = at.cost + constant(model);
             steps.push(Step {
                 start,
                 steps: last_step(model),
@@ -251,10 +281,10 @@ pub(super) fn design(
             Err(error) => return Err(OptimizeFailure::Run(error.to_string())),
         };
         let status = status(found.outcome);
-        let cost = found.half_sum_of_squares + constant(model);
+        let cost = found.cost + constant(model);
         starts.push(StartFound { start, status, cost, message: String::new() });
         let stopped = found.outcome == DesignOutcome::Stopped;
-        let rank = |own: &Design| (own.outcome != DesignOutcome::Optimal, own.half_sum_of_squares);
+        let rank = |own: &Design| (own.outcome != DesignOutcome::Optimal, own.cost);
         if best.as_ref().is_none_or(|(other, _)| rank(&found) < rank(other)) {
             best = Some((found, Vec::new()));
         }
@@ -273,8 +303,21 @@ pub(super) fn design(
 
 /// What terms of time add to the cost.
 fn constant(model: &Model) -> f64 {
-    let time = |own: &&holonom_model::Objective| own.kind == ObjectiveKind::Time;
+    let time = |own: &&Objective| own.kind == ObjectiveKind::Time;
     model.objectives.iter().filter(time).fold(0.0, |sum, own| sum + own.weight * model.settings.end)
+}
+
+/// What parameters are found.
+pub(super) fn parameters_found(parameters: &[Parameter], theta: &[f64]) -> Vec<ParameterFound> {
+    let one = |(own, &value): (&Parameter, &f64)| ParameterFound {
+        name: own.name.clone(),
+        value,
+        start: own.start,
+        min: own.bounds[0],
+        max: own.bounds[1],
+        at_bound: value <= own.bounds[0] || value >= own.bounds[1],
+    };
+    parameters.iter().zip(theta).map(one).collect()
 }
 
 fn status(outcome: DesignOutcome) -> Status {
@@ -298,23 +341,20 @@ fn report(
         .evaluate(&found.parameters, &mut values, None)
         .map_err(|error| OptimizeFailure::Run(error.0))?;
     let first = rows.count - rows.bounds.len();
-    let term = |(own, place): (&holonom_model::Objective, &std::ops::Range<usize>)| {
-        let squares: f64 = values[place.clone()].iter().map(|r| 0.5 * r * r).sum();
-        let time =
-            if own.kind == ObjectiveKind::Time { own.weight * model.settings.end } else { 0.0 };
-        TermValue { name: own.name.clone(), value: squares + time }
+    let squares = first - rows.weights.len();
+    let term = |(own, place): (&Objective, &std::ops::Range<usize>)| {
+        let value = match own.kind {
+            ObjectiveKind::Time => own.weight * model.settings.end,
+            ObjectiveKind::Value => {
+                place.clone().map(|row| rows.weights[row - squares] * values[row]).sum()
+            }
+            _ => values[place.clone()].iter().map(|r| 0.5 * r * r).sum(),
+        };
+        TermValue { name: own.name.clone(), value }
     };
     let met = |(own, place): (&Condition, &std::ops::Range<usize>)| {
         let of = place.clone().map(|row| (values[row], found.multipliers[row - first]));
         ConditionMet::of(own, of)
-    };
-    let parameter = |(k, own): (usize, &Parameter)| ParameterFound {
-        name: own.name.clone(),
-        value: found.parameters[k],
-        start: own.start,
-        min: own.bounds[0],
-        max: own.bounds[1],
-        at_bound: found.at_bounds.contains(&k),
     };
     let terms: Vec<TermValue> = model.objectives.iter().zip(&rows.objectives).map(term).collect();
     let report = OptimumReport {
@@ -325,7 +365,7 @@ fn report(
         time: model.settings.end,
         cost: terms.iter().map(|own| own.value).fold(0.0, |sum, value| sum + value),
         terms,
-        parameters: parameters.iter().enumerate().map(parameter).collect(),
+        parameters: parameters_found(parameters, &found.parameters),
         conditions: model.conditions.iter().zip(&rows.conditions).map(met).collect(),
         iterations: found.iterations,
         starts: if starts.len() > 1 { starts } else { Vec::new() },

@@ -5,9 +5,13 @@
 //! |---|---|
 //! | `control`, `reader`, `verdict` | controls, and the time: a search, what it is asked for, what it has found |
 //! | `design` | parameters alone |
+//! | `beside` | parameters beside controls |
 //! | `node` | times on nodes and within bounds |
 //! | `found`, `tables` | what an optimum is |
 
+mod beside;
+#[cfg(test)]
+mod beside_tests;
 mod control;
 #[cfg(test)]
 mod control_tests;
@@ -76,6 +80,9 @@ pub fn optimize(
         return design::design(text, overrides, model, &settings, watch);
     }
     if let Some(method) = method {
+        if !settings.parameters.is_empty() {
+            return beside::both((text, overrides, model), &settings, method, progress);
+        }
         return control::control(model, &settings, method, progress);
     }
     let what = "a search for controls, for which this program has no method";

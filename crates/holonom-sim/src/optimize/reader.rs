@@ -8,8 +8,8 @@ use crate::shown::{Shown, named};
 use crate::system::System;
 use crate::system::input::Input;
 use holonom_model::{
-    Condition as Stated, ConditionTime, ControlShape, CountedAt, Model, ModelError, Optimize,
-    Sensor, SensorKind,
+    Condition as Stated, ConditionTime, ControlShape, CountedAt, Model, ModelError, Sensor,
+    SensorKind,
 };
 use vi_constraints::saddle_point::IndependentRows;
 use vi_control::identification::Reading;
@@ -23,12 +23,8 @@ use vi_core::coordinate_force::SignedUnknown;
 use vi_multibody::form::Row;
 
 /// Refuses what the program does not have, by its key.
-pub(super) fn supported(model: &Model, settings: &Optimize) -> Result<(), ModelError> {
+pub(super) fn supported(model: &Model) -> Result<(), ModelError> {
     let refuse = |key: &str, what: &str, help: &str| Err(refused(key, what, help));
-    if !settings.parameters.is_empty() {
-        let help = "remove `parameters`, or the [[control]]";
-        return refuse("optimize.parameters", "parameters beside controls", help);
-    }
     if model.is_nonsmooth() {
         let help = "remove contacts, stops and dry friction: their impulses have no derivative";
         return refuse("contact", "controls beside impulses", help);
