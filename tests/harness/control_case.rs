@@ -313,6 +313,7 @@ impl Case {
                 acts: Acts::Along(along),
                 bounds: bound(k),
                 hold: 1,
+                linear: false,
             }
         };
         efforts.map(control).collect()

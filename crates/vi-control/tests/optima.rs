@@ -7,6 +7,7 @@ use std::ops::ControlFlow;
 use std::rc::Rc;
 use vi_constraints::{Method, Options, SchemeKind};
 use vi_control::kkt::{Kkt, Tolerances};
+use vi_control::objective::Judged;
 use vi_control::optimum::{Progress, Setting, Verdict, optimize};
 use vi_control::program::{Iterate, NlpSolver, SharedProgram};
 use vi_control::replay::Replay;

@@ -410,6 +410,7 @@ fn of_numbers_with_velocities() {
                     acts: Acts::Wrench(load.at(vector(0.2, -0.1, 0.3)).unwrap()),
                     bounds: [f64::NEG_INFINITY, f64::INFINITY],
                     hold: 1,
+                    linear: false,
                 });
             }
             let joint = case.mechanism.description().joints.last().unwrap();
@@ -465,6 +466,7 @@ fn beside_wrenches() {
         acts: Acts::Wrench(load),
         bounds: [f64::NEG_INFINITY, f64::INFINITY],
         hold: 2,
+        linear: true,
     };
     let dead = control("dead", wrench(LoadKind::Dead, force, torque));
     let thrust = control("thrust", wrench(LoadKind::Follower, force, none));
@@ -525,6 +527,7 @@ fn of_numbers_on_threads() {
             acts: along(k),
             bounds: [f64::NEG_INFINITY, f64::INFINITY],
             hold: 1,
+            linear: false,
         };
         let point = Form::point(12, &vector(0.3, 0.1, -0.2));
         let numbers = [

@@ -16,7 +16,7 @@ use crate::gradient::trial::{From, ModelTrials};
 use crate::gradient::{GradientFailure, Prices, Wanted, priced};
 use crate::system::outside::JointStart;
 use holonom_model::{
-    Condition, ConditionKind, Control, CountedAt, Model, ModelError, ModelText, Objective,
+    Condition, ConditionKind, ControlShape, CountedAt, Model, ModelError, ModelText, Objective,
     ObjectiveKind, Optimize, Override, ParameterTangent, SensorKind,
 };
 use nalgebra::DMatrix;
@@ -126,10 +126,10 @@ impl<'a> LeastCost<'a> {
         let (mut counted, prices) = with_prices(model, found);
         counted.settings.step = found.motion.step;
         counted.settings.end = found.motion.step * found.motion.controls.len() as f64;
-        let values = |(k, own): (usize, &Control)| {
-            let rows = found.motion.controls.iter().step_by(own.hold);
-            rows.map(|row| row[k]).collect()
-        };
+        for own in &mut counted.controls {
+            (own.shape, own.hold) = (ControlShape::Constant, 1);
+        }
+        let values = |k: usize| found.motion.controls.iter().map(|row| row[k]).collect();
         let wanted = Wanted {
             of: Vec::new(),
             parameters: true,
@@ -137,7 +137,7 @@ impl<'a> LeastCost<'a> {
             controls: false,
             initial: false,
             step: false,
-            values: model.controls.iter().enumerate().map(values).collect(),
+            values: (0..model.controls.len()).map(values).collect(),
             start: JointStart::default(),
         };
         let by_motion = priced((self.trials.text, &overrides, &counted), &wanted, &prices)?;

@@ -113,6 +113,11 @@ fn bounds_and_conditions_at_nodes_have_their_prices() {
         "type = \"effort\" }",
         "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 20.0 }",
     );
+    let lines = PENDULUM.replace(
+        "joint = \"hinge\" }]",
+        "joint = \"hinge\", shape = \"linear\", hold = 4, max = 2.5 }]",
+    );
+    compare("lines", &lines, &by, "refine = 0");
     compare("time", &soon, &by, "refine = 0\ntime = { min = 0.4, max = 6.0 }");
 }
 

@@ -164,6 +164,44 @@ fn two_freedoms_of_a_joint_have_controls_of_their_own() {
     assert!((run[19][2] - 0.7).abs() < 1e-9, "{:?}", run[19]);
 }
 
+/// Efforts on lines between knots that are four steps apart: in the middle of each step the values
+/// lie on these lines, a cost between that of any values and that of constant ones; knots of single
+/// steps leave any values. The run repeats the motion, and no other knots are cheaper: what effort
+/// and end make of a change of a knot vanishes.
+#[test]
+fn efforts_lie_on_lines_between_knots() {
+    let with = |what: &str| {
+        let text =
+            PENDULUM.replace("joint = \"hinge\" }]", &format!("joint = \"hinge\"{what} }}]"));
+        found(&text).unwrap()
+    };
+    let lines = with(", shape = \"linear\", hold = 4");
+    let [free, held] = ["", ", hold = 4"].map(|what| with(what).report.cost);
+    let single = with(", shape = \"linear\"").report.cost;
+    println!("{free} < {} < {held}", lines.report.cost);
+    assert_eq!(lines.report.status, Status::Optimal, "{:?}", lines.report);
+    assert!((single - free).abs() < 1e-9 * free);
+    assert!(free + 1e-4 < lines.report.cost && lines.report.cost < held - 1e-2);
+    let values: Vec<f64> = lines.controls.iter().map(|row| row[0]).collect();
+    for piece in values.chunks(4) {
+        let bends = piece.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs());
+        assert!(bends.fold(0.0, f64::max) < 1e-9, "{piece:?}");
+    }
+    // lines meet at their knots
+    for (one, next) in values.chunks(4).zip(values.chunks(4).skip(1)) {
+        let [before, after] = [1.5 * one[3] - 0.5 * one[2], 1.5 * next[0] - 0.5 * next[1]];
+        assert!((before - after).abs() < 1e-9, "{before} and {after}");
+    }
+    let q = run(&lines);
+    assert!((q[2] - 0.5).abs() < 1e-8, "{q:?}");
+    let bounded = with(", shape = \"linear\", hold = 4, min = -3.0, max = 3.0");
+    assert_eq!(bounded.report.status, Status::Optimal, "{:?}", bounded.report);
+    assert!(
+        bounded.report.controls[0].largest <= 3.0 + 1e-12
+            && bounded.report.controls[0].at_bounds > 0
+    );
+}
+
 /// The case `oc01` of `tests/reference/control`.
 #[test]
 fn a_pendulum_swings_up_at_the_stored_cost() {
@@ -380,7 +418,6 @@ fn what_cannot_be_optimised_is_said() {
             "type = \"effort\" }]\noptimize = { guess = \"nowhere\" }",
             "no folder of an optimum",
         ),
-        ("joint = \"hinge\" }]", "joint = \"hinge\", shape = \"linear\" }]", "linear in time"),
         (
             "sensor = \"angle\", equals",
             "sensor = \"angle\", at = \"path\", min = 0.5, max",

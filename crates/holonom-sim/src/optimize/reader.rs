@@ -37,11 +37,6 @@ pub(super) fn supported(model: &Model) -> Result<(), ModelError> {
         let help = "add an [[objective]]: effort, work, time, rate or sensor";
         return refuse("objective", "an optimum of nothing", help);
     }
-    if let Some(own) = model.controls.iter().find(|own| own.shape == ControlShape::Linear) {
-        let key = format!("control.{}.shape", own.name);
-        let help = "write shape = \"constant\"";
-        return refuse(&key, "an optimum of efforts linear in time", help);
-    }
     Ok(())
 }
 
@@ -90,7 +85,8 @@ impl Reader<'_> {
             },
         };
         let bounds = [own.min.unwrap_or(f64::NEG_INFINITY), own.max.unwrap_or(f64::INFINITY)];
-        Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold })
+        let linear = own.shape == ControlShape::Linear;
+        Ok(Control { name: own.name.clone(), acts, bounds, hold: own.hold, linear })
     }
 
     /// A sensor as a quantity; a distance as half its square where that is `squared`, which has

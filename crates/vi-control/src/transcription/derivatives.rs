@@ -122,6 +122,20 @@ impl Transcription {
                 out(placed.row, at, slope);
             }
         }
+        self.for_each_knot(|row, at, weight| out(row, at, weight));
+    }
+
+    /// The rows of knots: row, variable and its factor.
+    pub(super) fn for_each_knot(&self, mut visit: impl FnMut(usize, usize, f64)) {
+        for (k, own) in self.problem.controls.iter().enumerate() {
+            let Some(knots) = self.layout.knots[k] else { continue };
+            for n in 0..self.problem.steps {
+                visit(knots.row + n, self.layout.control(k, n), 1.0);
+                for (knot, weight) in own.knots(n) {
+                    visit(knots.row + n, knots.variable + knot, -weight);
+                }
+            }
+        }
     }
 
     fn emit_balance(&self, point: &Point, n: usize, rows: &[(usize, usize)], out: &mut Sink<'_>) {

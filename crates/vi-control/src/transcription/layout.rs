@@ -3,12 +3,13 @@
 //! ```text
 //! variables   for k = 0 … N s − 1: values of controls that begin there, hλ_k of the closures, ξ_{k+1};  hλ_{N s};  T
 //! rows        for k = 0 … N s − 1: balance at k, closures at k+1, turns from k to k+1, conditions at k+1;  rest
+//! knots of controls that are linear between them, last; a row for each value: w_n − (1 − s) k_i − s k_{i+1} = 0
 //! ```
 //! Nodes are here those of sub-steps, or control points; controls begin and conditions hold where
 //! steps meet.
 
 use super::division::Division;
-use super::problem::{FinalTime, Problem, Quantity, Rest, When};
+use super::problem::{Control, FinalTime, Problem, Quantity, Rest, When};
 use std::ops::Range;
 
 /// Places of variables and rows.
@@ -26,6 +27,16 @@ pub(super) struct Layout {
     turns: Vec<usize>,              // from nodes 0 … N s − 1
     pub(super) conditions: Vec<Placed>, // rows beside bounds of variables
     pub(super) rest: Range<usize>,
+    pub(super) knots: Vec<Option<Knots>>, // of each control
+}
+
+/// Where the knots of a control stand.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Knots {
+    /// First variable.
+    pub(super) variable: usize,
+    /// Row of the value of the first step.
+    pub(super) row: usize,
 }
 
 /// A condition at a node.
@@ -48,6 +59,11 @@ pub(super) struct Counts {
     pub(super) turning: usize,
 }
 
+/// Steps for which a value of a control lasts.
+fn values_last(control: &Control) -> usize {
+    if control.linear { 1 } else { control.hold }
+}
+
 /// Whether a condition is a bound of a variable.
 pub(super) fn is_bound(quantity: &Quantity, when: When) -> bool {
     when == When::Path && matches!(quantity, Quantity::Joint { .. })
@@ -67,7 +83,7 @@ impl Layout {
             variables: 0,
             rows: 0,
             values: Vec::new(),
-            holds: problem.controls.iter().map(|control| control.hold).collect(),
+            holds: problem.controls.iter().map(values_last).collect(),
             impulses: Vec::new(),
             coordinates: Vec::new(),
             time: None,
@@ -76,10 +92,12 @@ impl Layout {
             turns: Vec::new(),
             conditions: Vec::new(),
             rest: 0..0,
+            knots: Vec::new(),
         };
         for k in 0..division.last() {
             for (control, values) in problem.controls.iter().zip(&mut values) {
-                if division.starting(k).is_some_and(|n| n.is_multiple_of(control.hold)) {
+                let begins = |n: usize| n.is_multiple_of(values_last(control));
+                if division.starting(k).is_some_and(begins) {
                     values.push(place(&mut variable, 1));
                 }
             }
@@ -114,6 +132,14 @@ impl Layout {
         if matches!(problem.time, FinalTime::Free { .. }) {
             layout.time = Some(place(&mut variable, 1));
         }
+        let knots = problem.controls.iter().map(|own| {
+            let count = problem.steps.div_ceil(own.hold) + 1;
+            own.has_knots().then(|| Knots {
+                variable: place(&mut variable, count),
+                row: place(&mut row, problem.steps),
+            })
+        });
+        layout.knots = knots.collect();
         layout.values = values;
         (layout.variables, layout.rows) = (variable, row);
         layout
@@ -122,6 +148,15 @@ impl Layout {
     /// The variable of a control in step `n`.
     pub(super) fn control(&self, control: usize, n: usize) -> usize {
         self.values[control][n / self.holds[control]]
+    }
+
+    /// The control and the step that a row of knots is of.
+    pub(super) fn knots_at(&self, row: usize, steps: usize) -> Option<(usize, usize)> {
+        let of = |(k, own): (usize, &Option<Knots>)| {
+            let n = row.checked_sub((*own)?.row)?;
+            (n < steps).then_some((k, n))
+        };
+        self.knots.iter().enumerate().find_map(of)
     }
 
     /// The variables of a control.

@@ -249,6 +249,13 @@ impl Transcription {
                 x[self.layout.control(k, n)] = *value;
             }
         }
+        for (k, own) in self.problem.controls.iter().enumerate() {
+            let Some(knots) = self.layout.knots[k] else { continue };
+            for n in 0..self.problem.steps {
+                let value = x[self.layout.control(k, n)];
+                own.knots(n).into_iter().for_each(|(knot, _)| x[knots.variable + knot] = value);
+            }
+        }
         x
     }
 
@@ -472,6 +479,10 @@ impl Transcription {
             let quantity = &self.problem.conditions[placed.condition].quantity;
             out[placed.row] = self.quantity(point, quantity, placed.node);
         }
+        self.layout.knots.iter().flatten().for_each(|own| {
+            out[own.row..own.row + self.problem.steps].fill(0.0);
+        });
+        self.for_each_knot(|row, at, weight| out[row] += weight * point.x[at]);
     }
 
     fn at(&self) -> &Point {
@@ -705,6 +716,9 @@ impl Program for Transcription {
         }
         if self.layout.rest.contains(&row) {
             return "rest at the end".to_owned();
+        }
+        if let Some((k, n)) = self.layout.knots_at(row, self.problem.steps) {
+            return format!("`{}` between its knots in step {n}", self.problem.controls[k].name);
         }
         let of_step = |n: &usize| row >= self.layout.balance(*n);
         let n = (0..count).rev().find(of_step).unwrap_or(0);

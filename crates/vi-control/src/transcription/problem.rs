@@ -20,7 +20,7 @@ pub enum Acts {
     Wrench(Load),
 }
 
-/// An effort or a wrench, constant over steps.
+/// An effort or a wrench, constant in each step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
     /// Its name.
@@ -31,6 +31,22 @@ pub struct Control {
     pub bounds: [f64; 2],
     /// Steps for which one value lasts, 1 at least.
     pub hold: usize,
+    /// Whether values lie on lines between knots, in the middle of each step; knots are `hold`
+    /// steps apart, and bounds are those of the values.
+    pub linear: bool,
+}
+
+impl Control {
+    /// Whether it has knots; on those of single steps every value lies.
+    pub(super) fn has_knots(&self) -> bool {
+        self.linear && self.hold > 1
+    }
+
+    /// The knots before and after step `n`, with their weights in its middle.
+    pub(super) fn knots(&self, n: usize) -> [(usize, f64); 2] {
+        let (first, part) = (n / self.hold, ((n % self.hold) as f64 + 0.5) / self.hold as f64);
+        [(first, 1.0 - part), (first + 1, part)]
+    }
 }
 
 /// A number of a node.
