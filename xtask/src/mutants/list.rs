@@ -40,6 +40,9 @@ pub struct Test {
     pub binary: String,
     /// Its path in the binary.
     pub name: String,
+    /// Of the package, where it needs some.
+    #[serde(default)]
+    pub features: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -105,6 +108,7 @@ impl Test {
             "lib" => choice.push("--lib".into()),
             binary => choice.extend(["--test".to_owned(), binary.to_owned()]),
         }
+        self.features.iter().for_each(|own| choice.extend(["--features".to_owned(), own.clone()]));
         choice
     }
 }

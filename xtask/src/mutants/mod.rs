@@ -99,7 +99,7 @@ fn page(all: &[Mutant], known: &str, (name, verdict, commit): (&str, Verdict, &s
     let row = |mutant: &Mutant| {
         let Mutant { name: own, source, edits, test } = mutant;
         let file = edits[0].file.trim_start_matches("crates/");
-        let Test { package, binary, name: path } = test;
+        let Test { package, binary, name: path, .. } = test;
         let binary = if binary == "lib" { "" } else { binary };
         let head = format!("| {own} | {source} | `{file}` | `{package}` {binary} `{path}` |");
         if own == name {
@@ -128,7 +128,8 @@ mod tests {
     fn mutant(name: &str) -> Mutant {
         let own = |text: &str| text.to_owned();
         let edit = list::Edit { file: own("crates/a/b.rs"), from: own("x"), to: own("y") };
-        let test = Test { package: own("a"), binary: own("lib"), name: own("tests::t") };
+        let (package, binary, features) = (own("a"), own("lib"), Vec::new());
+        let test = Test { package, binary, name: own("tests::t"), features };
         Mutant { name: own(name), source: own("1"), edits: vec![edit], test }
     }
 

@@ -267,3 +267,38 @@ fn what_cannot_be_is_said() {
     let text = format!("{condition}{idle}").replace("[optimize]", "[parameters.x]\n[optimize]");
     assert!(!words(&text).is_empty());
 }
+
+/// The angle of a throw that is largest in `x + z` after a given time: 45 degrees, whatever the
+/// speed and the gravity, which the sum alone knows; a quarter of it along the path the same. A
+/// square beside it pulls it aside to where both slopes cancel.
+#[test]
+fn a_value_becomes_largest() {
+    let text = r#"
+model = { name = "throw", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.02, end = 0.5 }
+parameters = { angle = 0.3 }
+particle = [{ name = "ball", mass = 0.4, position = [0.0, 0.0, 0.0], velocity = ["= 7*cos(angle)", 0.0, "= 7*sin(angle)"] }]
+sensor = [{ name = "place", type = "position", of = "ball" }]
+objective = [{ name = "far", type = "value", sensor = "place.x", weight = -1.0 }, { name = "high", type = "value", sensor = "place.z", weight = -1.0 }]
+optimize = { parameters = { angle = { min = 0.0, max = 1.5 } } }
+"#;
+    let angle = |text: &str| {
+        let own = found(text, &[]).unwrap();
+        assert_eq!(own.report.status, Status::Optimal, "{:?}", own.report);
+        (own.report.parameters[0].value, own.report)
+    };
+    let (value, report) = angle(text);
+    println!("{value}, {} iterations", report.iterations);
+    assert!((value - std::f64::consts::FRAC_PI_4).abs() < 1e-8, "{value}");
+    let drop = 0.5 * 9.81 * 0.25;
+    assert!((report.cost + 3.5 * std::f64::consts::SQRT_2 - drop).abs() < 1e-10, "{}", report.cost);
+    assert!((report.terms[0].value + 3.5 * value.cos()).abs() < 1e-10);
+    let path = text.replace("weight = -1.0 }", "weight = -0.25, at = \"path\" }");
+    assert!((angle(&path).0 - std::f64::consts::FRAC_PI_4).abs() < 1e-8);
+    let aside = "objective = [{ name = \"low\", type = \"sensor\", sensor = \"place.z\", target = 0.1, weight = 2.0 }, ";
+    let (value, report) = angle(&text.replace("objective = [", aside));
+    let (sin, cos) = value.sin_cos();
+    let slope = 3.5 * sin - 3.5 * cos + 2.0 * (3.5 * sin - drop - 0.1) * 3.5 * cos;
+    println!("{value}: slope {slope:.1e}, {} iterations", report.iterations);
+    assert!(slope.abs() < 1e-7 && (value - std::f64::consts::FRAC_PI_4).abs() > 0.05);
+}
