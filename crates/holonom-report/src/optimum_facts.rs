@@ -12,7 +12,10 @@ fn counted(count: usize, one: &str) -> String {
 pub fn optimum_counts(found: &OptimumReport) -> String {
     let free = match (found.controls.len(), found.parameters.len()) {
         (0, parameters) => counted(parameters, "parameter"),
-        (controls, _) => counted(controls, "control"),
+        (controls, 0) => counted(controls, "control"),
+        (controls, parameters) => {
+            format!("{} and {}", counted(controls, "control"), counted(parameters, "parameter"))
+        }
     };
     if found.steps == 0 {
         return format!("optimum of {free} at the equilibrium at t = {}", rounded(found.time, 9));
@@ -27,9 +30,10 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
     let mut facts = Vec::new();
     let mut fact = |subject: &'static str, finding: String| facts.push(Fact { subject, finding });
     let iterations = counted(found.iterations, "iteration");
-    let sufficient = found.sufficient.map_or("", |own| match own {
-        true => ", second-order sufficient",
-        false => ", second order not shown",
+    let sufficient = found.sufficient.map_or("", |own| match (own, found.parameters.is_empty()) {
+        (true, true) => ", second-order sufficient",
+        (true, false) => ", second-order sufficient in the controls",
+        (false, _) => ", second order not shown",
     });
     let words = match found.status {
         Status::Optimal if found.terms.is_empty() => "the conditions are met",
