@@ -259,7 +259,7 @@ impl Point {
         let finite = value.is_finite()
             && r.iter().chain(J.iter()).chain(steepness.iter()).all(|x| x.is_finite());
         let (raw, size) = (own.raw.clone(), own.size);
-        Ok(finite.then(|| Self { z, raw, r, J, value, steepness, gradient, size }))
+        Ok(finite.then_some(Self { z, raw, r, J, value, steepness, gradient, size }))
     }
 
     /// `f`.

@@ -28,7 +28,7 @@ fn compare(name: &str, text: &str, by: &[(&str, f64)], optimize: &str) {
         format!("\"{key}\" = {{ min = {:?}, max = {:?} }}", value - width, value + width)
     });
     let with = format!("parameters = {{ {} }}", list.collect::<Vec<_>>().join(", "));
-    let text = ModelText::from_text(Path::new("model.toml"), &free(&with));
+    let text = ModelText::from_text(Path::new("model.toml"), free(&with));
     let settings = text.model(&[]).unwrap().optimize.unwrap();
     let theta: Vec<f64> = settings
         .parameters

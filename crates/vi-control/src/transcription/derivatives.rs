@@ -122,7 +122,7 @@ impl Transcription {
                 out(placed.row, at, slope);
             }
         }
-        self.for_each_knot(|row, at, weight| out(row, at, weight));
+        self.for_each_knot(out);
     }
 
     /// The rows of knots: row, variable and its factor.
