@@ -331,12 +331,12 @@ fn remedy_of(what: &Uncovered) -> &'static str {
             "remove the [[control]]: designs and fits take beams, controls take bodies on springs"
         }
         Uncovered::Memory => "take functions of the motion alone: no states, delays or samples",
-        Uncovered::ForceInTime(_) | Uncovered::EffortInTime => {
+        Uncovered::ForceInTime(_) | Uncovered::EffortInTime | Uncovered::MotionInTime => {
             "remove `time` of [optimize]: the motion lasts until `end`"
         }
         Uncovered::SingularStart => "begin where all joints can move, or ask for coordinates",
         Uncovered::RestInLoop => "leave `of` out: all comes to rest",
         Uncovered::NoCoordinate => "let a torque act on the body: `body` in the place of `joint`",
-        Uncovered::Constraints => "remove them, or take joints in their place",
+        Uncovered::Constraints => "remove them, or write `cut = true` at another joint of the loop",
     }
 }

@@ -202,6 +202,67 @@ fn efforts_lie_on_lines_between_knots() {
     );
 }
 
+/// Two equal rods that gears turn alike, one of them driven: each needs the torque of the one rod,
+/// so that the effort is four times as dear; threads and gears of ratios of their own are motions
+/// of the run. What is prescribed of an unknown is met, and a pivot that moves with a constant
+/// velocity, and the rod with it, changes no torque.
+#[test]
+fn gears_and_prescribed_motions_hold_beside_controls() {
+    let alone = found(PENDULUM).unwrap().report.cost;
+    let second = PENDULUM
+        .replace("[0.0, 0.0, -0.5] }]", "[0.0, 0.0, -0.5] }, { name = \"other\", mass = 1.0, inertia = [0.08354166666666665, 0.08354166666666665, 0.00041666666666666675], position = [0.0, 2.0, -0.5] }]")
+        .replace("axis = [0.0, 1.0, 0.0] }]", "axis = [0.0, 1.0, 0.0] }, { name = \"axle\", type = \"revolute\", parent = \"ground\", child = \"other\", position = [0.0, 2.0, 0.0], axis = [0.0, 1.0, 0.0] }]");
+    let with = |ratio: f64| {
+        format!(
+            "{second}constraint = [{{ name = \"teeth\", type = \"gear\", joints = [\"hinge\", \"axle\"], ratio = {ratio:?} }}]\n"
+        )
+    };
+    let both = found(&with(-1.0)).unwrap();
+    println!("{} for 4 x {alone}", both.report.cost);
+    assert_eq!(both.report.status, Status::Optimal, "{:?}", both.report);
+    assert!((both.report.cost - 4.0 * alone).abs() < 1e-9 * alone);
+    let slow = found(&with(3.0)).unwrap();
+    assert_eq!(slow.report.status, Status::Optimal, "{:?}", slow.report);
+    let [run, replay] = run_and_replay(&with(3.0), &slow);
+    assert_eq!(run, replay);
+    // a third of a half turn the other way round
+    let angle = std::f64::consts::FRAC_PI_3;
+    assert!((run[39][12] + 0.5 * (-angle).sin()).abs() < 1e-8, "{:?}", &run[39][12..15]);
+    // a pivot on a rail
+    let rail = |rate: f64, method: &str| {
+        let text = PENDULUM.replace("step = 0.05", &format!("step = 0.05{method}"));
+        let text = text
+            .replace("body = [", "body = [{ name = \"cart\", mass = 3.0, inertia = [0.1, 0.1, 0.1], position = [0.0, 0.0, 0.0] }, ")
+            .replace("joint = [{", &format!("joint = [{{ name = \"rail\", type = \"prismatic\", parent = \"ground\", child = \"cart\", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0], rate = {rate:?} }}, {{"))
+            .replace("parent = \"ground\", child = \"rod\"", "parent = \"cart\", child = \"rod\"")
+            .replace("{ name = \"stop\", type = \"rest\" }", "{ name = \"slow\", sensor = \"rate\", equals = 0.0 }")
+            .replace("sensor = [", "sensor = [{ name = \"rate\", type = \"joint_rate\", of = \"hinge\" }, ");
+        format!(
+            "{text}constraint = [{{ name = \"drive\", type = \"motion\", joint = \"rail\", path = {{ rate = {rate:?} }} }}]\n"
+        )
+    };
+    let methods =
+        ["", ", order = 4, method = \"composition\"", ", order = 4, method = \"galerkin\""];
+    for method in methods {
+        let [still, moving] = [0.0, 0.7].map(|rate| found(&rail(rate, method)).unwrap());
+        println!("{method}: {} for {}", moving.report.cost, still.report.cost);
+        assert_eq!(moving.report.status, Status::Optimal, "{:?}", moving.report);
+        assert!((moving.report.cost - still.report.cost).abs() < 1e-8 * still.report.cost);
+        let [run, replay] = run_and_replay(&rail(0.7, method), &moving);
+        assert_eq!(run, replay);
+        assert!((run[39][0] - 1.4).abs() < 1e-10 && (run[39][14] - 0.5).abs() < 1e-8);
+    }
+    let shaken = rail(0.0, "").replace("path = { rate = 0.0 }", "path = \"0.2*(1 - cos(5*t))\"");
+    let own = found(&shaken).unwrap();
+    assert_eq!(own.report.status, Status::Optimal, "{:?}", own.report);
+    let [run, replay] = run_and_replay(&shaken, &own);
+    assert_eq!(run, replay);
+    assert!((run[39][0] - 0.2 * (1.0 - 10.0_f64.cos())).abs() < 1e-10);
+    let free = format!("{shaken}optimize = {{ time = {{ min = 1.0, max = 4.0 }} }}\n");
+    let error = found(&free).err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(error.contains("beside prescribed motions"), "{error}");
+}
+
 /// The case `oc01` of `tests/reference/control`.
 #[test]
 fn a_pendulum_swings_up_at_the_stored_cost() {

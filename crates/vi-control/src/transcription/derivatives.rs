@@ -48,7 +48,8 @@ impl Transcription {
     /// The impulses of closures at a node with their negative sizes: what they add to `W`.
     fn closing<'a>(&'a self, point: &Point, n: usize) -> Vec<(&'a Row, f64)> {
         let at = self.layout.impulse(n);
-        self.impulses_at(n).enumerate().map(|(k, row)| (row, -point.x[at + k])).collect()
+        let all = self.impulses_at(n).enumerate();
+        all.filter_map(|(k, own)| Some((own.product()?, -point.x[at + k]))).collect()
     }
 
     /// `W_n X`, or `W_nᵀ X`, of momenta alone.
@@ -99,8 +100,8 @@ impl Transcription {
             self.emit_balance(point, n, &rows, out);
             if n > 0 {
                 let at = self.layout.coordinate(n).unwrap_or(0);
-                for (k, row) in self.closures.iter().enumerate() {
-                    let slope = self.slope_along(point, n, row);
+                for (k, own) in self.closures.iter().enumerate() {
+                    let slope = self.closure_slope(point, n, own);
                     for (j, slope) in slope.into_iter().enumerate() {
                         out(self.layout.closure(n) + k, at + j, slope);
                     }
@@ -162,8 +163,8 @@ impl Transcription {
                 K.tr_mul(&piece.times(self, (i, j), next, false).sum())
             });
         }
-        for (k, row) in self.impulses_at(n).enumerate() {
-            let slope = self.slope_along(point, n, row);
+        for (k, own) in self.impulses_at(n).enumerate() {
+            let slope = self.closure_slope(point, n, own);
             rows.iter().for_each(|&(r, j)| out(r, self.layout.impulse(n) + k, -slope[j]));
         }
         let row_of = |j: usize| rows.iter().find(|(_, own)| *own == j).map(|(row, _)| *row);
@@ -343,8 +344,9 @@ impl Transcription {
         }
         // products with their weights: closures, conditions, deviations
         let mut products: Vec<(&Row, f64)> = Vec::new();
-        for (k, row) in self.closures.iter().enumerate() {
-            products.push((row, lambda[self.layout.closure(n) + k]));
+        for (k, own) in self.closures.iter().enumerate() {
+            let row = own.product().into_iter();
+            products.extend(row.map(|row| (row, lambda[self.layout.closure(n) + k])));
         }
         let mut numbers: Vec<(&dyn objective::Quantity, f64)> = Vec::new();
         for placed in self.layout.conditions.iter().filter(|placed| placed.node == n) {
@@ -399,7 +401,8 @@ impl Transcription {
             (l..d).for_each(|k| out(at + k, at + l, square[(k, l)]));
         }
         // (hλ_n, ξ_n)
-        for (k, row) in self.impulses_at(n).enumerate() {
+        for (k, own) in self.impulses_at(n).enumerate() {
+            let Some(row) = own.product() else { continue };
             let mut slope = vec![0.0; d];
             row.for_each_slope(&node.placed.q, |i, g| {
                 slope.iter_mut().enumerate().for_each(|(j, s)| *s -= g * Y_k[(i, j)]);

@@ -5,6 +5,7 @@
 //! node to node; where they do not, the guess stays as it is, open.
 
 use super::chart::{Chart, Reference};
+use super::closure::Closure;
 use super::division::Division;
 use super::problem::ProblemError;
 use super::{Motion, Transcription};
@@ -152,7 +153,7 @@ fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
 pub(super) fn references(
     chart: &Chart,
     mechanism: &Mechanism,
-    start: (&[f64], &[Row]),
+    start: (&[f64], &[Closure]),
     division: &Division,
     guess: &Guess,
 ) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
@@ -178,7 +179,7 @@ pub(super) fn references(
 fn of_steps(
     chart: &Chart,
     mechanism: &Mechanism,
-    (q, closures): (&[f64], &[Row]),
+    (q, closures): (&[f64], &[Closure]),
     steps: usize,
     guess: &Guess,
 ) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
@@ -231,13 +232,14 @@ fn of_steps(
 /// what they change by. `None` where none is found, or nothing has to close.
 fn close(
     chart: &Chart,
-    closures: &[Row],
+    closures: &[Closure],
     follows: &[usize],
     open: &Reference,
     moved: &mut [f64],
 ) -> Option<Reference> {
     const CLOSED: f64 = 1e-12;
     const LARGEST: f64 = 0.5; // of a correction, m or rad
+    let closures: Vec<&Row> = closures.iter().filter_map(Closure::product).collect();
     if closures.is_empty() || follows.is_empty() {
         return None;
     }

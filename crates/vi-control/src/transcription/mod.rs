@@ -20,6 +20,7 @@
 //! (2010) 505–528; S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352.
 
 pub mod chart;
+mod closure;
 mod derivatives;
 mod division;
 mod guess;
@@ -32,6 +33,7 @@ mod reach;
 
 use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
 use chart::{Chart, Reference};
+use closure::Closure;
 use division::Division;
 use guess::references;
 pub use guess::{Guess, Path};
@@ -47,9 +49,7 @@ use vi_constraints::{Constraints as _, InitialValues, Method};
 use vi_core::sparse::SparseMatrix;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 use vi_multibody::Mechanism;
-use vi_multibody::form::Row;
 use vi_multibody::joint_coordinate::JointCoordinate;
-use vi_multibody::scalar_constraint::ScalarRow;
 
 /// Bound of the second of three rotations of a chart about its reference, rad: at `π/2` the chart
 /// ends.
@@ -77,7 +77,7 @@ pub struct Transcription {
     along_starts: Vec<f64>,                    // coordinates of efforts along unknowns at the start
     references: Vec<Reference>,                // of nodes 0 … N s
     travel: Vec<Vec<f64>>, // of references: what coordinates that add up have changed by
-    closures: Vec<Row>,    // independent
+    closures: Vec<Closure>, // independent
     turning: Vec<usize>,   // angles whose turns are bounded
     middle: Vec<usize>,    // second rotations of charts
     resting: Vec<usize>,   // unknowns without momentum at the end
@@ -170,7 +170,10 @@ impl Transcription {
         check_mechanism(mechanism, &system, at, &problem)?;
         let n = at.q.len();
         let chart = Chart::new(mechanism, n);
-        let closures = independent(mechanism, &chart, &chart.reference(at.q))?;
+        let closures = independent(mechanism, &chart, at)?;
+        if problem.time.is_free() && closures.iter().any(Closure::is_of_time) {
+            return Err(ProblemError::NotCovered(Uncovered::MotionInTime));
+        }
         let division = Division::new(problem.method, problem.steps);
         let (references, travel) =
             references(&chart, mechanism, (at.q, &closures), &division, guess)?;
@@ -464,8 +467,8 @@ impl Transcription {
                 out[row] = residual[j];
             }
             if n > 0 {
-                for (k, row) in self.closures.iter().enumerate() {
-                    out[self.layout.closure(n) + k] = row.value(&point.nodes[n].placed.q);
+                for (k, own) in self.closures.iter().enumerate() {
+                    out[self.layout.closure(n) + k] = self.closure_value(point, n, own);
                 }
             }
         }
@@ -533,33 +536,38 @@ fn check_mechanism(
 fn independent(
     mechanism: &Mechanism,
     chart: &Chart,
-    reference: &Reference,
-) -> Result<Vec<Row>, ProblemError> {
-    let mut rows = Vec::new();
-    for row in mechanism.loop_constraints() {
-        match row {
-            ScalarRow::Product(row) => rows.push(row),
-            _ => return Err(ProblemError::NotCovered(Uncovered::Constraints)),
-        }
-    }
-    let columns = chart.columns(&chart.place(reference, &vec![0.0; chart.dof()]));
-    let mut slopes = DMatrix::zeros(rows.len(), chart.dof()); // G_c P
-    for (k, row) in rows.iter().enumerate() {
-        row.for_each_slope(reference.q(), |i, slope| {
-            for j in 0..chart.dof() {
-                slopes[(k, j)] += slope * columns[(i, j)];
-            }
-        });
-    }
+    at: InitialValues<'_>,
+) -> Result<Vec<Closure>, ProblemError> {
+    let rows = mechanism.loop_constraints().into_iter();
+    let rows = rows.map(|row| Closure::of(row, mechanism, at.t)).collect::<Result<Vec<_>, _>>()?;
     if rows.is_empty() {
         return Ok(rows);
+    }
+    let reference = chart.reference(at.q);
+    let columns = chart.columns(&chart.place(&reference, &vec![0.0; chart.dof()]));
+    let mut slopes = DMatrix::zeros(rows.len(), chart.dof()); // G_c P
+    for (k, own) in rows.iter().enumerate() {
+        match own {
+            Closure::Product(row) => row.for_each_slope(reference.q(), |i, slope| {
+                for j in 0..chart.dof() {
+                    slopes[(k, j)] += slope * columns[(i, j)];
+                }
+            }),
+            Closure::Along(own) => {
+                own.slope(chart.dof())
+                    .into_iter()
+                    .enumerate()
+                    .for_each(|(j, f)| slopes[(k, j)] += f);
+            }
+        }
     }
     // rows that vanish but for rounding say nothing by their own length
     let mut qr = NullSpaceQr::new(chart.dof(), rows.len());
     let rank = qr.factorize_scaled(&slopes, |_| 1.0);
     let mut chosen = qr.pivots()[..rank].to_vec();
     chosen.sort_unstable();
-    Ok(chosen.into_iter().map(|k| rows[k].clone()).collect())
+    let of = rows.into_iter().enumerate();
+    Ok(of.filter(|(k, _)| chosen.binary_search(k).is_ok()).map(|(_, own)| own).collect())
 }
 
 /// The angles of the tree that add up, and the second rotations of rotation vectors.

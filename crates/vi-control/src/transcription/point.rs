@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! w_n = Σ w_i of the pieces at the node − G_c(q_n)ᵀ (hλ_n)      of sub-steps D_2L_d + f_{n−1}^+ + D_1L_d + f_n^-
-//! r_n = Kᵀ w_n + σ (h/2)(τ_{n−1} + τ_n) e_j                     τ: controls, and efforts of the model along unknowns
+//! r_n = Kᵀ w_n − hλ_n f + σ (h/2)(τ_{n−1} + τ_n) e_j                     τ: controls, and efforts of the model along unknowns
 //! wrenches of controls are part of f^± [4.6]; of Galerkin steps all efforts of w_i
 //! ```
 
 use super::Transcription;
 use super::chart::Placed;
+use super::closure::Closure;
 use super::piece::{Along, Kind, Piece};
 use super::problem::{Acts, CostKind, Quantity, When};
 use crate::program::Undefined;
@@ -16,7 +17,6 @@ use vi_constraints::Constraints as _;
 use vi_core::Configuration;
 use vi_core::coordinate_force::{SignedUnknown, StepEffort};
 use vi_core::interval::Interval;
-use vi_multibody::form::Row;
 use vi_rigid::load::Load;
 
 /// A node.
@@ -137,19 +137,15 @@ impl Transcription {
             if n == 0 {
                 add(1.0, &self.start_momentum, balance);
             }
-            for (k, row) in self.impulses_at(n).enumerate() {
-                let impulse = x[self.layout.impulse(n) + k];
+            for (k, own) in self.impulses_at(n).enumerate() {
+                let (Some(row), impulse) = (own.product(), x[self.layout.impulse(n) + k]) else {
+                    continue;
+                };
                 row.for_each_slope(&placed.q, |i, slope| balance[i] -= impulse * slope); // [2.41]
             }
         }
         let x = x.to_vec();
         Ok(Point { x, h, nodes, pieces, angles, times })
-    }
-
-    /// The closures whose impulses act at node `n`.
-    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Row> {
-        let acts = n < self.division.last() || self.acts_at_end();
-        self.closures.iter().filter(move |_| acts)
     }
 
     /// The wrench that a control is, of the value 1.
@@ -234,6 +230,10 @@ impl Transcription {
         let node = &point.nodes[n];
         for (o, column) in out.iter_mut().zip(node.columns.column_iter()) {
             *o = column.iter().zip(&node.balance).map(|(k, w)| k * w).sum();
+        }
+        for (k, own) in self.impulses_at(n).enumerate() {
+            let Closure::Along(own) = own else { continue };
+            add(-point.x[self.layout.impulse(n) + k], &own.slope(self.chart.dof()), out);
         }
         for (p, _) in self.division.pieces_at(n) {
             let piece = &point.pieces[p];

@@ -265,9 +265,13 @@ pub enum Uncovered {
     /// An effort along an unknown that is no joint coordinate.
     #[error("efforts along ball joints and free bodies")]
     NoCoordinate,
-    /// Closures that are no products of linear forms, and constraints of velocities.
-    #[error("gears, prescribed motions and rolling")]
+    /// Constraints of velocities, and gears and prescribed motions of joints that are no unknowns
+    /// of the tree.
+    #[error("rolling, and gears and prescribed motions of joints that close loops,")]
     Constraints,
+    /// Prescribed motions beside a free final time.
+    #[error("a free final time beside prescribed motions")]
+    MotionInTime,
 }
 
 fn named(source: &Source) -> String {
