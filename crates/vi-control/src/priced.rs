@@ -1,7 +1,7 @@
 //! Conditions of an optimum as terms of a cost, each with its multiplier.
 //!
 //! ```text
-//! V(θ) = min_x f(x; θ)  under  g(x; θ) = 0        dV/dθ = ∂f/∂θ + λᵀ ∂g/∂θ  at the optimum                     [2.66]
+//! V(θ) = min_x f(x; θ)  under  g(x; θ) = 0        dV/dθ = ∂f/∂θ + λᵀ ∂g/∂θ  at the optimum                     [2.67]
 //! J = f + Σ_n κ_n c(q_n, v̂_n) + y·M v̂_N           along the run of its controls, which are held: dJ/dθ = dV/dθ
 //! ```
 //! `κ_n`: multipliers of conditions at nodes. `y = P(q_N) η`: the tangent that the multipliers `η`

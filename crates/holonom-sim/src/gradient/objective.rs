@@ -37,7 +37,7 @@ pub(crate) fn with_sensors(model: &Model, of: &[String]) -> Model {
     model
 }
 
-/// Objectives that are conditions of an optimum, with their multipliers [2.66].
+/// Objectives that are conditions of an optimum, with their multipliers [2.67].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Prices {
     /// Of objectives that count at single nodes: each node with its multiplier.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! V(θ) = cost of the optimum of the controls     minimise V over θ_min ≤ θ ≤ θ_max
-//! dV/dθ = ∂𝓛/∂θ                                  of the run of these controls, with the prices of conditions  [2.66]
+//! dV/dθ = ∂𝓛/∂θ                                  of the run of these controls, with the prices of conditions  [2.67]
 //! ```
 //! Each value of `V` is an optimum of its own, judged and replayed, that is looked for from the one
 //! before. The method for the parameters is [`vi_control::constrained_least_squares`].
