@@ -110,7 +110,8 @@ pub(crate) fn table(found: &ModelGradient) -> String {
     }
     for own in &found.initial {
         let name = format!("{}.{}", own.name, own.freedom);
-        let (coordinate, rate) = (number(own.coordinate), number(own.rate));
+        let rate = own.rate.map_or_else(|| format!("{:>17}", "follows"), number);
+        let coordinate = number(own.coordinate);
         let _ = writeln!(text, "    {name:28} {coordinate} {rate}");
     }
     if !found.controls.is_empty() {

@@ -5,7 +5,8 @@
 //! at the start satisfies `G v + ∂g/∂t = 0`.
 
 use vi_core::Configuration;
-use vi_core::interval::Interval;
+use vi_core::discrete_lagrangian::NoStepSlope;
+use vi_core::interval::{Interval, StepChange};
 use vi_core::newton::Block;
 use vi_core::sparse::{Entries, Product};
 
@@ -73,6 +74,34 @@ pub trait Constraints: Send + Sync {
         out.fill(0.0);
         self.add_rates(s.t_mid(), &s.q_mid, &s.v_mid, out);
     }
+    /// Emits the derivative of what a step closes by its end, shape `m × n`: `G(q_{n+1})`, of
+    /// constraints on velocities that of `h A_d` along motions that keep bodies rigid; always the
+    /// same places in the same order.
+    fn step_jacobian(&self, s: &Interval, out: &mut dyn Entries) {
+        self.jacobian(s.t_end(), &s.q1, out);
+    }
+    /// Emits that of constraints on velocities alone. Since `A_d(q, q'; h) = A_d(q', q; −h)`, the
+    /// derivative of `h A_d` by the start of a step is minus this of the step backwards.
+    fn velocity_step_jacobian(&self, _s: &Interval, _out: &mut dyn Entries) {}
+    /// `out ← out +` how `h A_d` changes with the length and the time of a step between the same
+    /// ends, shape `m`; zero of other constraints.
+    ///
+    /// # Errors
+    /// [`NoStepSlope`].
+    fn add_step_change(
+        &self,
+        _s: &Interval,
+        _change: StepChange,
+        _out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        match self.is_rheonomic() {
+            true => Err(NoStepSlope { what: "a prescribed motion".into() }),
+            false => Ok(()),
+        }
+    }
+    /// Emits `∂²g/∂t∂q`, shape `m × n`: of constraints on velocities `A v = b(t, q)` `−∂b/∂q`;
+    /// nothing of others.
+    fn drift_slope(&self, _at: Configuration<'_>, _out: &mut dyn Entries) {}
     /// `out ← ∂g/∂t`, shape `m`; zero for scleronomic constraints.
     fn time_derivative(&self, _t: f64, _q: &[f64], out: &mut [f64]) {
         out.fill(0.0);

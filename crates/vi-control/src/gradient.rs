@@ -150,9 +150,6 @@ where
     if run.nonsmooth().is_some() {
         return refused("contacts, joint stops or dry friction");
     }
-    if run.constraints().constrains_velocities() {
-        return refused("rolling or other constraints on velocities");
-    }
     match run.system().without_derivative() {
         Some(what) => refused(what),
         None => Ok(()),
@@ -640,8 +637,11 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 let at = (at, self.start);
                 let slopes = step_sources(system, constraints, at, impulse, sources);
                 refused = slopes.err().or(refused.take());
-                let Sources { minus, plus, .. } = &*sources;
+                let Sources { minus, plus, rows } = &*sources;
                 along += dot(plus, costates.momentum) - dot(minus, costates.step);
+                if at.0.has_rows() && !costates.rows.is_empty() {
+                    along -= dot(rows, costates.rows);
+                }
             }
         });
         refused.map_or(Ok(()), Err)?;
@@ -664,14 +664,11 @@ pub(crate) fn step_sources(
     impulse: &[f64],
     out: &mut Sources,
 ) -> Result<(), GradientError> {
-    if constraints.is_rheonomic() {
-        let what = "a prescribed motion".into();
-        return Err(NoStepSlope { what }.into());
-    }
     out.clear();
     let s = at.interval();
     let change = StepChange { length: s.h, middle: s.t_mid() - t_0 };
-    let Sources { minus, plus, .. } = out;
+    let Sources { minus, plus, rows } = out;
+    constraints.add_step_change(s, change, rows)?;
     match at {
         Place::Step(s) => {
             system.add_step_slope(s, Slot::First, change, minus)?;

@@ -322,6 +322,21 @@ impl Interval {
         self.close();
     }
 
+    /// Becomes a step backwards in time, from the end of another one of the same shape to its start;
+    /// allocates nothing.
+    pub fn reverse(&mut self, other: &Self) {
+        (self.t, self.h, self.t_rounding) = (other.t_end(), -other.h, 0.0);
+        self.q0.copy_from_slice(&other.q1);
+        self.q1.copy_from_slice(&other.q0);
+        self.dq.iter_mut().zip(&other.dq).for_each(|(own, dq)| *own = -dq);
+        self.q_mid.copy_from_slice(&other.q_mid);
+        self.v_mid.copy_from_slice(&other.v_mid);
+        self.angles.clone_from(&other.angles);
+        self.internal.clone_from(&other.internal);
+        self.derived.is_current = false;
+        self.compensation.fill(0.0);
+    }
+
     /// The interval with its ends exchanged, `(q_{n+1}, q_n)`, at the same time and step.
     #[must_use]
     pub fn exchanged(&self) -> Self {

@@ -12,15 +12,16 @@ use crate::system;
 use crate::system::outside::Outside;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
-    Bushing, Coefficients, Curves, Formula, Model, ModelError, MovingText, ParameterTangent,
-    Signal, Slopes,
+    Bushing, Coefficients, Constraint, Curves, Formula, Model, ModelError, MovingText,
+    ParameterTangent, Signal, Slopes,
 };
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use vi_multibody::builder::ForceElements;
-use vi_multibody::design::{MechanismTangent, SignalTangent, WholeForce};
+use vi_multibody::design::{MechanismTangent, ScalarTangent, SignalTangent, WholeForce};
 use vi_multibody::mechanism::Mechanism;
+use vi_multibody::scalar_constraint::ScalarRow;
 
 /// The expressions that a parameter changes.
 pub(super) struct Formulas<'a> {
@@ -204,7 +205,10 @@ impl Chain<'_> {
             .loads
             .iter()
             .any(|load| self.slopes.touches(&format!("load.{}.history", load.name)));
-        if self.formulas.is_empty() && self.model.bushings.is_empty() && !histories {
+        let rates =
+            self.model.constraints.iter().any(|own| matches!(own, Constraint::Velocity { .. }));
+        let numbers = histories || rates || !self.model.bushings.is_empty();
+        if self.formulas.is_empty() && !numbers {
             return Ok(());
         }
         let mut derived = self.model.clone();
@@ -242,8 +246,14 @@ impl Chain<'_> {
                 }
             }
         }
+        let mut sums = Vec::new();
+        for (k, constraint) in derived.constraints.iter_mut().enumerate() {
+            if self.sum_of_rates(constraint)? {
+                sums.push(k);
+            }
+        }
         let watched = self.formulas.watched();
-        if changed.is_empty() && watched.is_none() {
+        if changed.is_empty() && sums.is_empty() && watched.is_none() {
             return Ok(());
         }
         let outside =
@@ -253,6 +263,12 @@ impl Chain<'_> {
             refused("law", what, LEAVE_OUT)
         })?;
         self.same(&system.mechanism)?;
+        for k in sums {
+            let row = system.mechanism.description().scalars[k].rows.first();
+            if let Some(ScalarRow::Velocity(row)) = row {
+                found.numbers.scalars.insert(k, ScalarTangent::Velocity(row.clone()));
+            }
+        }
         let forces = &system.dynamics.forces;
         for name in &changed {
             let ForceElements { bushings, forces, .. } = forces.only(name);
@@ -302,6 +318,21 @@ impl Chain<'_> {
         let force = bushing.force.iter_mut().flatten().enumerate();
         let force = force.map(|(k, own)| (format!("{key}.force.{k}"), own));
         Ok(moves | replace(force, |path, own| self.formulas.slope(path, own))?)
+    }
+
+    /// Replaces factors and value of a constraint on a sum of rates by their derivatives; whether
+    /// one changes.
+    fn sum_of_rates(&self, constraint: &mut Constraint) -> Result<bool, ModelError> {
+        let Constraint::Velocity { name, terms, value } = constraint else { return Ok(false) };
+        let key = format!("constraint.{name}");
+        let entry = |path: &str, formula: &Formula| {
+            let value = formula.0.parse().unwrap_or_default();
+            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+        };
+        let factors = terms.iter_mut().enumerate();
+        let factors = factors.map(|(k, own)| (format!("{key}.terms.{k}.factor"), &mut own.factor));
+        let value = value.iter_mut().map(|own| (format!("{key}.value"), own));
+        replace(factors.chain(value), entry)
     }
 
     /// Refuses a mechanism that counts other angles than that of the run.

@@ -346,7 +346,11 @@ impl Chain<'_> {
                         ScalarTangent::Motion(std::sync::Arc::new(path))
                     })
                 }
-                _ => None,
+                Constraint::Rolling { .. } => self.rolling(&key, k, constraint)?,
+                Constraint::Blade { body, position, axis, relative_to, .. } => {
+                    self.blade(&key, (k, body), (*position, *axis), relative_to.as_deref())?
+                }
+                Constraint::Velocity { .. } => None, // of expressions
             };
             if let Some(change) = change {
                 out.scalars.insert(k, change);

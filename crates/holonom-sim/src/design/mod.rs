@@ -17,6 +17,7 @@ mod forces;
 mod formulas;
 mod geometry;
 mod relaxed;
+mod rolling;
 mod signals;
 pub(crate) mod start;
 pub(crate) mod stored;
@@ -27,8 +28,8 @@ mod turning;
 use crate::system::System;
 use formulas::Formulas;
 use holonom_model::{
-    Constraint, Curves, Formula, Model, ModelError, ModelText, Override, ParameterTangent,
-    Placements, Signal, Slopes, nearest,
+    Curves, Formula, Model, ModelError, ModelText, Override, ParameterTangent, Placements, Signal,
+    Slopes, nearest,
 };
 use nalgebra::{Matrix3, Vector3};
 use std::collections::BTreeMap;
@@ -324,24 +325,11 @@ impl Chain<'_> {
     /// in space, or with their frames.
     fn fixed_in_space(&self) -> Result<(), ModelError> {
         let stated = self.stated;
-        let carried = stated.constraints.iter().filter_map(|own| match own {
-            Constraint::Rolling { name, body, relative_to, .. }
-            | Constraint::Blade { name, body, relative_to, .. } => {
-                Some((format!("constraint.{name}"), vec![body], relative_to))
-            }
-            _ => None,
-        });
-        let laws = stated
-            .laws
-            .iter()
-            .map(|own| (format!("law.{}", own.name), Vec::new(), &own.relative_to));
+        let laws = stated.laws.iter().map(|own| (format!("law.{}", own.name), &own.relative_to));
         let on_particles = stated.controls.iter().filter(|own| self.is_on_particle(own));
-        let controls =
-            on_particles.map(|own| (format!("control.{}", own.name), Vec::new(), &own.relative_to));
-        let parts = carried.chain(laws).chain(controls);
-        for (key, bodies, relative_to) in parts {
-            let held = bodies.into_iter().filter(|name| stated.body(name).is_some());
-            if let Some(frame) = held.chain(relative_to).find(|name| self.moves(name)) {
+        let controls = on_particles.map(|own| (format!("control.{}", own.name), &own.relative_to));
+        for (key, relative_to) in laws.chain(controls) {
+            if let Some(frame) = relative_to.iter().find(|name| self.moves(name)) {
                 let what = format!("the derivative by a parameter that moves `{frame}`");
                 return Err(refused(&key, what, LEAVE_OUT));
             }

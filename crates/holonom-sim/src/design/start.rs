@@ -154,7 +154,7 @@ impl StartOf<'_> {
         if !self.model.joints.iter().any(stated) {
             return Ok([q, own.v.clone()]);
         }
-        let v = self.by_rates_of(own, &q, &self.coordinates()?)?;
+        let v = self.by_rates_of(own, &q, (self.rows, &self.coordinates()?))?;
         for (k, joint) in self.model.joints.iter().enumerate().filter(|(_, own)| stated(own)) {
             for freedom in 0..joint.pair().dof() {
                 let Some(coordinate) = self.mechanism.known_coordinate(k, freedom) else {
@@ -305,7 +305,10 @@ impl StartOf<'_> {
             let joint = joint.and_then(|k| self.model.joints.get(k));
             joint.is_some_and(|joint| joint.rate.is_some())
         };
-        if chosen.iter().all(|(joint, ..)| stated(joint)) {
+        let plain: Vec<StartCoordinate> = chosen.iter().map(|x| x.2.clone()).collect();
+        let free = start::free_rates(self.mechanism, self.rows, self.at, &plain);
+        let free = free.map_err(|error| self.refusal(&error.into(), own))?;
+        if free.iter().all(|&k| stated(&chosen[k].0)) {
             return Ok(chosen);
         }
         let what =
@@ -317,13 +320,14 @@ impl StartOf<'_> {
     /// Refuses a parameter by which constraints that are redundant do not stay so: along velocities
     /// that the mechanism has, their rates open.
     pub(super) fn stays_mobile(&self, own: &ModelTangent, dq: &[f64]) -> Result<(), ModelError> {
-        if self.rows.redundant().next().is_none() || own.numbers.joints.is_empty() {
+        let moves = !(own.numbers.joints.is_empty() && own.numbers.scalars.is_empty());
+        if self.rows.redundant().next().is_none() || !moves {
             return Ok(());
         }
         let plain: Vec<StartCoordinate> = self.coordinates()?.into_iter().map(|x| x.2).collect();
         let ways = start::derivatives(self.mechanism, self.mass, self.rows, self.at, &plain, &[])
             .map_err(|error| self.refusal(&error, own))?;
-        let mut v = vec![0.0; dq.len()];
+        let mut v = self.at.v.to_vec();
         for (k, way) in ways.rates.iter().enumerate() {
             let scale = 1.0 / (1.0 + k as f64);
             v.iter_mut().zip(&way.v).for_each(|(v, way)| *v += scale * way);
@@ -457,18 +461,23 @@ impl StartOf<'_> {
     }
 
     /// `δv` where joints state rates. What moves with other parts takes their `δv`, pass by pass.
+    /// Beside constraints on velocities those of all joints of the tree, as the model states them.
     fn by_rates(&self, own: &ModelTangent, dq: &[f64]) -> Result<Vec<f64>, ModelError> {
+        if self.mechanism.has_velocity_constraints() {
+            let all = StartCoordinate::of_tree(self.mechanism);
+            return self.by_rates_of(own, dq, (&start::of_tree(self.mechanism), &all));
+        }
         let closed = self.mechanism.has_loops();
         let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
-        self.by_rates_of(own, dq, &chosen)
+        self.by_rates_of(own, dq, (self.rows, &chosen))
     }
 
-    /// The same of these independent coordinates.
+    /// The same of these independent coordinates with their rows.
     fn by_rates_of(
         &self,
         own: &ModelTangent,
         dq: &[f64],
-        chosen: &[TreeCoordinate],
+        (rows, chosen): (&IndependentRows, &[TreeCoordinate]),
     ) -> Result<Vec<f64>, ModelError> {
         let coordinates: Vec<StartCoordinate> = chosen.iter().map(|own| own.2.clone()).collect();
         let Self { model, mechanism, at, .. } = *self;
@@ -478,7 +487,7 @@ impl StartOf<'_> {
         for _ in 0..=coordinates.len() {
             let numbers = (&own.numbers, dq);
             let found =
-                start::velocity(self.mechanism, self.rows, self.at, &coordinates, numbers, &rates);
+                start::velocity(self.mechanism, rows, self.at, &coordinates, numbers, &rates);
             let found = found.map_err(|error| self.refusal(&error, own))?;
             let next = follow.of_all(chosen, &found);
             let change = rates.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

@@ -111,7 +111,9 @@ impl Runs<'_> {
                     let [moved, faster] =
                         [By::Coordinates, By::Rates].map(|own| if own == by { e * d } else { 0.0 });
                     give(&mut start.coordinates, own, value + moved);
-                    give(&mut start.rates, own, rate + faster);
+                    if own.rate.is_some() {
+                        give(&mut start.rates, own, rate + faster);
+                    }
                 }
             }
         }
@@ -184,7 +186,7 @@ impl Runs<'_> {
             (By::Parameters, "parameters", parameters),
             (By::Controls, "controls", controls),
             (By::Coordinates, "coordinates", starts(|own| own.coordinate)),
-            (By::Rates, "rates", starts(|own| own.rate)),
+            (By::Rates, "rates", starts(|own| own.rate.unwrap_or(0.0))),
             (By::Step, "step", gradient.by_step.into_iter().collect()),
         ];
         for (by, name, exact) in kinds.into_iter().filter(|kind| !kind.2.is_empty()) {

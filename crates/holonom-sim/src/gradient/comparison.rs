@@ -140,7 +140,8 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
 /// How far forward and backward are apart, relative to the largest derivative of a kind.
 pub(super) fn apart([parameters, initial, controls]: &[Vec<f64>; 3], of: &ModelGradient) -> f64 {
     let by_start = of.initial.iter().map(|own| own.coordinate);
-    let by_start: Vec<f64> = by_start.chain(of.initial.iter().map(|own| own.rate)).collect();
+    let by_start: Vec<f64> =
+        by_start.chain(of.initial.iter().map(|own| own.rate.unwrap_or(0.0))).collect();
     let by_controls = of.controls.iter().map(|own| own.derivatives.iter().sum()).collect();
     let by_parameters: Vec<f64> = of.parameters.iter().map(|own| own.derivative).collect();
     let kinds = [(parameters, by_parameters), (initial, by_start), (controls, by_controls)];
@@ -156,7 +157,7 @@ pub(super) fn apart([parameters, initial, controls]: &[Vec<f64>; 3], of: &ModelG
 /// The largest derivative.
 fn largest(of: &ModelGradient) -> f64 {
     let parameters = of.parameters.iter().map(|own| own.derivative);
-    let initial = of.initial.iter().flat_map(|own| [own.coordinate, own.rate]);
+    let initial = of.initial.iter().flat_map(|own| [own.coordinate, own.rate.unwrap_or(0.0)]);
     let controls = of.controls.iter().flat_map(|own| own.derivatives.iter().copied());
     parameters.chain(initial).chain(controls).fold(0.0, |most: f64, x| most.max(x.abs()))
 }

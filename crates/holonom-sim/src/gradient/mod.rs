@@ -31,6 +31,8 @@ mod galerkin_tests;
 mod objective;
 pub(crate) mod prepared;
 #[cfg(test)]
+mod rolling_tests;
+#[cfg(test)]
 pub(crate) mod start_tests;
 #[cfg(test)]
 mod static_models;
@@ -201,8 +203,8 @@ pub struct ByStart {
     pub freedom: usize,
     /// By the coordinate, at fixed rates.
     pub coordinate: f64,
-    /// By the rate.
-    pub rate: f64,
+    /// By the rate; `None` where it follows from others by constraints on velocities.
+    pub rate: Option<f64>,
 }
 
 /// Derivatives by the values of a control.
@@ -415,7 +417,7 @@ fn sweep(
         name: name_of(mechanism, own),
         freedom: own.1,
         coordinate: along(&starts.coordinates[k], None),
-        rate: along(&starts.rates[k], None),
+        rate: starts.is_free[k].then(|| along(&starts.rates[k], None)),
     };
     let step = model.settings.step;
     let rates = prepared.costs.rate_slopes(&prepared.controls, step);
@@ -455,23 +457,25 @@ fn sweep(
         );
         return Err(refused(&key_of(&own.name), what, LEAVE_OUT).into());
     }
+    stay_redundant(model, &wanted, (&begin, &changes), &tangents)?;
     Ok(Swept { gradient, model: own, wanted, begin, starts, changes })
 }
 
 /// Independent coordinates of joints at the start of a model, as derivatives are by them: joint,
-/// which of its coordinates, its value (m, rad) and its rate.
+/// which of its coordinates, its value (m, rad) and its rate, which is `None` where it follows from
+/// others by constraints on velocities.
 ///
 /// # Errors
 /// [`ModelError`]: the model has no start, or something that is free has no joint.
-pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, f64)>, ModelError> {
-    let chosen = independent_coordinates(model, &Outside::default())?;
+pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, Option<f64>)>, ModelError> {
+    let (chosen, is_free) = coordinates_and_rates(model, &Outside::default())?;
     let stated = StatedStart::of(model)?;
-    let one = |(joint, freedom): (String, usize)| {
+    let one = |((joint, freedom), is_free): ((String, usize), bool)| {
         let both = InitialCoordinate::both(model, &joint, freedom);
         let [value, rate] = both.map(|own| stated.value(&own));
-        Some((joint, freedom, value?, rate?)) // each has them
+        Some((joint, freedom, value?, rate.filter(|_| is_free))) // each has them
     };
-    Ok(chosen.into_iter().filter_map(one).collect())
+    Ok(chosen.into_iter().zip(is_free).filter_map(one).collect())
 }
 
 /// The joints and coordinates alone, at a start that is given from outside.
@@ -482,10 +486,22 @@ pub(crate) fn independent_coordinates(
     model: &Model,
     outside: &Outside,
 ) -> Result<Vec<(String, usize)>, ModelError> {
+    Ok(coordinates_and_rates(model, outside)?.0)
+}
+
+/// The same, and which of their rates are free.
+fn coordinates_and_rates(
+    model: &Model,
+    outside: &Outside,
+) -> Result<(Vec<(String, usize)>, Vec<bool>), ModelError> {
     let mut prepared = Prepared::new(model, &[], (&[], outside))?;
     let begin = Begin::new(&mut prepared)?;
     let mechanism = &prepared.system.mechanism;
-    let chosen = begin.of(model, mechanism).coordinates()?;
+    let of = begin.of(model, mechanism);
+    let chosen = of.coordinates()?;
+    let plain: Vec<_> = chosen.iter().map(|own| own.2.clone()).collect();
+    let free = start::free_rates(mechanism, begin.rows(), begin.at(), &plain);
+    let free = free.map_err(|error| of.refusal(&error.into(), &ModelTangent::default()))?;
     let one = |own: &TreeCoordinate| {
         let joint = own.0.map(|joint| &mechanism.description().joints[joint]);
         let joint = joint.filter(|joint| JointCoordinate::principal(joint, own.1).is_some());
@@ -495,7 +511,8 @@ pub(crate) fn independent_coordinates(
             refused("joint", what, "hold it by a joint")
         })
     };
-    chosen.iter().map(one).collect()
+    let names = chosen.iter().map(one).collect::<Result<_, _>>()?;
+    Ok((names, (0..chosen.len()).map(|k| free.contains(&k)).collect()))
 }
 
 /// The name of what a coordinate of the start is of.
@@ -533,6 +550,49 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
     let values = prepared.values_of(&costs.iter().collect::<Vec<_>>())?;
     let term = |(name, value): (&&String, f64)| TermValue { name: (*name).clone(), value };
     out.terms = names.iter().zip(values).map(term).collect();
+    Ok(())
+}
+
+/// Refuses parameters by which constraints on velocities that follow from others do not stay so
+/// along the run: a sweep backward does not see rows that are left out.
+fn stay_redundant(
+    model: &Model,
+    wanted: &Wanted,
+    (begin, changes): (&Begin, &[StartTangent]),
+    tangents: &[ModelTangent],
+) -> Result<(), GradientFailure> {
+    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mechanism = &prepared.system.mechanism;
+    let left_out = |row: usize| begin.rows().redundant().any(|own| own == row);
+    let scalars = 0..mechanism.description().scalars.len();
+    let of_velocities: Vec<usize> = scalars
+        .filter(|&k| {
+            mechanism.velocity_rows().any(|(row, _)| mechanism.scalar_rows(k).contains(&row))
+        })
+        .collect();
+    let moves = |own: &ModelTangent| {
+        let scalars = &own.numbers.scalars;
+        !own.numbers.joints.is_empty() || of_velocities.iter().any(|k| scalars.contains_key(k))
+    };
+    let touched: Vec<usize> = (0..tangents.len()).filter(|&k| moves(&tangents[k])).collect();
+    if touched.is_empty() || !mechanism.velocity_rows().any(|(row, _)| left_out(row)) {
+        return Ok(());
+    }
+    let design = design::mechanism_design(&prepared.system, &begin.mass, tangents)?;
+    let run = prepared.simulation.integrator();
+    let direction = |&k: &usize| Direction {
+        start: begin.tangent(run, &changes[k], Some(&tangents[k])),
+        parameter: Some(k),
+        ..Direction::default()
+    };
+    let directions = touched.iter().map(direction).collect();
+    let beside = Sensitivities::new(run, model.settings.step, directions);
+    let mut beside = beside.map_err(GradientFailure::Run)?;
+    for _ in 0..prepared.steps {
+        let objective = &Objective::new();
+        let with = Beside { controls: &prepared.controls, design: Some(&design), objective };
+        beside.advance(run, with).map_err(GradientFailure::Run)?;
+    }
     Ok(())
 }
 

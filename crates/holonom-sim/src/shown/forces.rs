@@ -12,7 +12,7 @@ use super::configuration::point;
 use super::{Asked, OfNode, no_derivative, number_of};
 use crate::design::{ModelTangent, mechanism_design, refused};
 use crate::system::System;
-use holonom_model::{Model, ModelError, ReactionFrame, Sensor, SensorKind};
+use holonom_model::{Constraint, Model, ModelError, ReactionFrame, Sensor, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::design::Design;
@@ -322,6 +322,13 @@ fn number(
         let (rows, factor) = (system.mechanism.bar_rows(k), description.bars[k].length);
         return Ok(Some(ForceNumber::Rows { rows, factor, of: Rows::Bar(k) }));
     }
+    let held = model.constraints.iter().find(|own| own.name() == of && own.carries_a_body());
+    if let (Some(Constraint::Rolling { body, .. } | Constraint::Blade { body, .. }), Some(scalar)) =
+        (held, scalar())
+    {
+        let frame = model.frame(body).ok_or_else(|| no_derivative(key, sensor))?;
+        return Ok(Some(ForceNumber::Carried { scalar, frame, axis: part }));
+    }
     let joint = description.joints.iter().position(|own| own.name == of);
     let joint = joint.ok_or_else(|| no_derivative(key, sensor))?;
     let axes = match sensor.frame.unwrap_or_default() {
@@ -348,6 +355,7 @@ fn is_unique((mechanism, rows): (&Mechanism, &IndependentRows), number: &ForceNu
             };
             reaction.unique[*part]
         }
+        ForceNumber::Carried { scalar, axis, .. } => found.scalar_force(*scalar).1[*axis],
         ForceNumber::Rows { of: Rows::Bar(k), .. } => found.bar(*k).unique,
         ForceNumber::Rows { rows, .. } => found.scalar_row(rows.start).unique,
     }

@@ -10,7 +10,7 @@ use vi_multibody::mechanism::Mechanism;
 /// A coordinate of the start with its joint, if it has one, and which of its coordinates it is.
 pub(crate) type TreeCoordinate = (Option<usize>, usize, StartCoordinate);
 
-/// As many coordinates as there are degrees of freedom: of the joints that come `first` (joint,
+/// As many coordinates as determine a configuration: of the joints that come `first` (joint,
 /// freedom), then of those with stated rates, then of the others of the spanning tree.
 ///
 /// # Errors
@@ -40,8 +40,11 @@ pub(crate) fn independent(
     let mut order: Vec<usize> = (0..all.len()).collect();
     order.sort_by_key(|&k| (!is_first(&all[k]), !stated(&all[k])));
     let plain: Vec<StartCoordinate> = order.iter().map(|&k| all[k].2.clone()).collect();
-    let mut chosen = start::independent(mechanism, rows, at, &plain)?;
+    let rows = start::of_positions(mechanism, rows);
+    let mut chosen = start::independent(mechanism, &rows, at, &plain)?;
     chosen.iter_mut().for_each(|k| *k = order[*k]);
-    chosen.sort_unstable();
+    if !mechanism.has_velocity_constraints() {
+        chosen.sort_unstable();
+    }
     Ok(chosen.into_iter().map(|k| all[k].clone()).collect())
 }

@@ -63,10 +63,8 @@ impl<'a> Others<'a> {
     /// Chooses coordinates at `q`, unless there are as many as are needed.
     fn choose(&mut self, rows: &IndependentRows, q: &[f64]) -> Option<Vec<StartCoordinate>> {
         let Self { model, mechanism, first, chosen, .. } = self;
-        if mechanism.has_velocity_constraints() {
-            return None; // they leave positions free
-        }
-        if chosen.len() + rows.len() != mechanism.dim() {
+        let of_positions = equations::of_positions(mechanism, rows).len();
+        if chosen.len() + of_positions != mechanism.dim() {
             let at = InitialValues::new(0.0, q, q);
             *chosen = independent(model, (mechanism, rows), at, first).ok()?;
         }

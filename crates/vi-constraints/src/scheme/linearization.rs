@@ -20,6 +20,9 @@
 //! from it too, since `[0; −hλ]` solves it with `[p̄ + D_1 L_d + f_d^-; 0]`, which is in the range
 //! of `Gᵀ`. Else `μ` is tangent: of `p̄` only `Pᵀp̄` counts. Rows that were left out are checked,
 //! not solved.
+//!
+//! A step with constraints on velocities closes `R(q, q') = h A_d` in the place of `g(q')` [2.66]:
+//! `G` is `A(q)`, `G(q')` is `R_q'`, to `g_s` comes `R_q δq`, and to `a` comes `−R_qᵀ σ`.
 #![allow(non_snake_case)] // A, B, C, D, G
 
 use crate::constraints::{Constraints, RowSums};
@@ -32,6 +35,9 @@ use vi_core::sparse::{Block, Entries, Product};
 
 /// How far a row that was left out may be from holding, relative to its terms.
 const DEPENDENT: f64 = 1e-6;
+
+/// What is rounding of a row, relative to the largest terms of any: a row whose own terms cancel.
+const ROUNDING: f64 = 1e-12;
 
 /// Why a step has no derivative here.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -164,6 +170,8 @@ pub struct StepLinearization {
     x: Vec<f64>,         // n + r
     momentum: Vec<f64>,  // n  b'
     kept: Vec<f64>,      // z  y', or δz
+    rows: Vec<f64>,      // m  g_s + R_q δq
+    back: Interval,      // the step backwards; not used without constraints on velocities
     dropped: DroppedRows,
 }
 
@@ -178,6 +186,8 @@ impl StepLinearization {
             x: vec![0.0; n + rows.len()],
             momentum: vec![0.0; n],
             kept: Vec::new(),
+            rows: vec![0.0; m],
+            back: Interval::new(n),
             dropped: DroppedRows::new(n, m),
         }
     }
@@ -216,7 +226,7 @@ impl StepLinearization {
         constraints: &impl Constraints,
         s: &Interval,
     ) -> Result<(), Singular> {
-        let (start, end) = (s.start(), s.end());
+        let start = s.start();
         let emit = |out: &mut dyn Entries| {
             let (row, column, transposed) = (0, 0, false);
             let mut scaled = Block { into: out, row, column, scale: s.h, transposed };
@@ -224,7 +234,7 @@ impl StepLinearization {
             system.force_slope(s, Slot::First, Slot::Second, &mut scaled); // A
         };
         let upper = |out: &mut dyn Entries| constraints.jacobian(start.t, start.q, out);
-        let lower = |out: &mut dyn Entries| constraints.jacobian(end.t, end.q, out);
+        let lower = |out: &mut dyn Entries| constraints.step_jacobian(s, out);
         self.saddle.factorize(&emit, &upper, -1.0, &lower)
     }
 
@@ -253,7 +263,7 @@ impl StepLinearization {
         d: &mut Tangent,
     ) -> Result<(), LinearizationError> {
         self.image(system, constraints, s, Some(sources), d)?;
-        self.dropped.check(constraints, self.saddle.rows(), s, &sources.rows, &d.q)
+        self.dropped.check(constraints, self.saddle.rows(), s, &self.rows, &d.q)
     }
 
     /// The same without sources.
@@ -287,11 +297,18 @@ impl StepLinearization {
         if !d.z.is_empty() {
             system.internal_slope(s, Slot::First, &mut Product { v: &d.z, out: upper });
         }
-        lower.fill(0.0);
+        self.rows.fill(0.0);
         if let Some(sources) = sources {
             upper.iter_mut().zip(&sources.minus).for_each(|(x, b)| *x += b);
-            self.saddle.rows().gather(&sources.rows, lower);
+            self.rows.copy_from_slice(&sources.rows);
         }
+        if constraints.constrains_velocities() {
+            self.back.reverse(s);
+            let into = &mut Product { v: &d.q, out: &mut self.rows };
+            let mut minus = Block { into, row: 0, column: 0, scale: -1.0, transposed: false };
+            constraints.velocity_step_jacobian(&self.back, &mut minus); // R_q δq
+        }
+        self.saddle.rows().gather(&self.rows, lower);
         upper.iter_mut().for_each(|x| *x *= -s.h);
         lower.iter_mut().for_each(|x| *x = -*x);
         self.saddle.solve_factorized(&mut self.x)?;
@@ -413,6 +430,11 @@ impl StepLinearization {
             system.forced_d1_d1(s, out);
             constraints.weighted_hessian(s.t, &s.q0, &self.impulse, -1.0, out);
         });
+        if constraints.constrains_velocities() {
+            self.back.reverse(s);
+            let back = &self.back;
+            transposed(&self.sigma, a, &|out| constraints.velocity_step_jacobian(back, out));
+        }
         if !y.is_empty() {
             self.kept.clone_from(y);
             y.fill(0.0);
@@ -467,7 +489,8 @@ impl DroppedRows {
         sources: &[f64],
         dq: &[f64],
     ) -> Result<(), LinearizationError> {
-        let found = self.missed(constraints, chosen, (s.t_end(), &s.q1), [dq, sources], -1.0);
+        let emit = |out: &mut dyn Entries| constraints.step_jacobian(s, out);
+        let found = self.missed(&emit, chosen, [dq, sources], -1.0);
         let opens = |(row, defect)| Err(LinearizationError::Opens { row, defect });
         found.map_or(Ok(()), opens)
     }
@@ -484,16 +507,17 @@ impl DroppedRows {
         at: (f64, &[f64]),
         (of, scale): ([&[f64]; 2], f64),
     ) -> Result<(), LinearizationError> {
-        let found = self.missed(constraints, chosen, at, of, scale);
+        let emit = |out: &mut dyn Entries| constraints.jacobian(at.0, at.1, out);
+        let found = self.missed(&emit, chosen, of, scale);
         found.map_or(Ok(()), |(row, _)| Err(LinearizationError::Undetermined { row }))
     }
 
-    /// A row with `G x ≠ scale b`, and what is left of it, relative to its terms; `[x, b]`.
+    /// A row with `G x ≠ scale b` of the `G` that is emitted, and what is left of it, relative to
+    /// its terms; `[x, b]`.
     fn missed(
         &mut self,
-        constraints: &impl Constraints,
+        emit: &dyn Fn(&mut dyn Entries),
         chosen: &IndependentRows,
-        (t, q): (f64, &[f64]),
         [x, b]: [&[f64]; 2],
         scale: f64,
     ) -> Option<(usize, f64)> {
@@ -502,11 +526,15 @@ impl DroppedRows {
         }
         let Self { rows, sizes, absolute } = self;
         rows.iter_mut().zip(b).for_each(|(row, b)| *row = -scale * b);
-        constraints.add_rates(t, q, x, rows);
+        emit(&mut Product { v: x, out: rows });
         absolute.iter_mut().zip(x).for_each(|(size, x)| *size = x.abs());
         sizes.fill(0.0);
-        constraints.jacobian(t, q, &mut RowSums { sizes: absolute, out: sizes });
-        let defect = |row: usize| (row, rows[row].abs() / (sizes[row] + (scale * b[row]).abs()));
+        emit(&mut RowSums { sizes: absolute, out: sizes });
+        let least = ROUNDING * norm_inf(sizes);
+        let defect = |row: usize| match rows[row].abs() <= least {
+            true => (row, 0.0),
+            false => (row, rows[row].abs() / (sizes[row] + (scale * b[row]).abs())),
+        };
         chosen.redundant().map(defect).find(|(_, defect)| *defect > DEPENDENT)
     }
 }

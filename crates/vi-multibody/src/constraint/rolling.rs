@@ -17,9 +17,10 @@ use crate::geometry::rotation_vector::RotationVector;
 use crate::pair::Twist;
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, StepChange};
+use vi_core::num_dual::Dual64;
 use vi_core::sparse::Entries;
-use vi_core::{Configuration, Motion};
+use vi_core::{Configuration, Motion, Number};
 use vi_rigid::directors::{self, FRAME};
 use vi_rigid::rotation::kappa;
 
@@ -28,65 +29,72 @@ pub const FLATTEST: f64 = 0.99;
 
 /// A plane of the ground.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plane {
+pub struct Plane<T = f64> {
     /// `o`, m.
-    pub origin: Vector3<f64>,
+    pub origin: Vector3<T>,
     /// `e_1`, `e_2`, `n`, orthonormal.
-    pub axes: Matrix3<f64>,
+    pub axes: Matrix3<T>,
     /// `Ω`, rad/s.
-    pub spin: f64,
+    pub spin: T,
 }
 
-impl Plane {
+impl<T: Number> Plane<T> {
     /// `n`.
     #[must_use]
-    pub fn normal(&self) -> Vector3<f64> {
+    pub fn normal(&self) -> Vector3<T> {
         self.axes.column(2).into()
     }
 
-    fn direction(&self, i: usize) -> Vector3<f64> {
+    fn direction(&self, i: usize) -> Vector3<T> {
         self.axes.column(i).into()
     }
 }
 
-/// A wheel or a sphere on a plane.
+/// A wheel or a sphere on a plane; with dual numbers it has its derivative by a parameter beside
+/// it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Rolling {
+pub struct Rolling<T = f64> {
     /// Its body.
     pub frame: usize,
     /// `a`, components along the directors of the body, a unit vector; `None`: a sphere.
-    pub axis: Option<Vector3<f64>>,
+    pub axis: Option<Vector3<T>>,
     /// `R_c`, m; 0 of a sphere.
-    pub circle: f64,
+    pub circle: T,
     /// `b`, m; the radius of a sphere.
-    pub section: f64,
+    pub section: T,
     /// What it rolls on.
-    pub plane: Plane,
+    pub plane: Plane<T>,
 }
 
 /// `ρ` and what its derivative is made of.
-struct Contact {
-    rho: Vector3<f64>,
-    axis: Vector3<f64>,   // a; 0 of a sphere
-    across: Vector3<f64>, // w = n − (n·a) a
-    along: f64,           // n·a
-    circle: f64,
-    normal: Vector3<f64>,
+struct Contact<T = f64> {
+    rho: Vector3<T>,
+    axis: Vector3<T>,   // a; 0 of a sphere
+    across: Vector3<T>, // w = n − (n·a) a
+    along: T,           // n·a
+    circle: T,
+    normal: Vector3<T>,
 }
 
-impl Contact {
+impl<T: Number> Contact<T> {
     /// `Dρ(a) δ` for `|a| = 1`.
-    fn change(&self, delta: &Vector3<f64>) -> Vector3<f64> {
-        if self.circle == 0.0 {
+    fn change(&self, delta: &Vector3<T>) -> Vector3<T> {
+        if self.circle.vanishes() {
             return Vector3::zeros();
         }
         let c = self.cosine();
         let part = self.normal.dot(delta);
-        let across = -part * self.axis - self.along * delta;
+        let across = -self.axis * part - delta * self.along;
         let cosine = -self.along * part / c;
-        -self.circle * (across / c - self.across * (cosine / (c * c)))
+        (across / c - self.across * (cosine / (c * c))) * -self.circle
     }
 
+    fn cosine(&self) -> T {
+        (T::of(1.0) - self.along * self.along).sqrt()
+    }
+}
+
+impl Contact {
     /// `Dρ(a)ᵀ y`.
     fn transposed(&self, y: &Vector3<f64>) -> Vector3<f64> {
         if self.circle == 0.0 {
@@ -98,39 +106,194 @@ impl Contact {
         let of_part = -self.axis.dot(&of_across) - of_cosine * self.along / c;
         of_part * self.normal - self.along * of_across
     }
+}
 
-    fn cosine(&self) -> f64 {
-        (1.0 - self.along * self.along).sqrt()
+impl<T: Number> Rolling<T> {
+    /// `a` at `q`, or its rate at `v`; zero of a sphere.
+    fn axis_at(&self, q: &[f64]) -> Vector3<T> {
+        self.axis_of(&directors::triad(frame_of(q, self.frame)).map(T::of))
+    }
+
+    /// The same of the directors, or of their rates.
+    fn axis_of(&self, triad: &Matrix3<T>) -> Vector3<T> {
+        self.axis.map_or_else(Vector3::zeros, |axis| triad * axis)
+    }
+
+    fn center(&self, q: &[f64]) -> Vector3<T> {
+        directors::center(frame_of(q, self.frame)).map(T::of)
+    }
+
+    fn contact(&self, axis: Vector3<T>) -> Contact<T> {
+        let normal = self.plane.normal();
+        let along = normal.dot(&axis);
+        let across = normal - axis * along;
+        let mut contact = Contact {
+            rho: normal * -self.section,
+            axis,
+            across,
+            along,
+            circle: if self.axis.is_some() { self.circle } else { T::of(0.0) },
+            normal,
+        };
+        if !contact.circle.vanishes() {
+            contact.rho -= across * (contact.circle / contact.cosine());
+        }
+        contact
+    }
+
+    /// The height of the lowest point above the plane, m.
+    #[must_use]
+    pub fn height(&self, q: &[f64]) -> T {
+        let above = self.plane.normal().dot(&(self.center(q) - self.plane.origin)) - self.section;
+        match self.axis {
+            None => above,
+            Some(_) => {
+                let along = self.plane.normal().dot(&self.axis_at(q));
+                above - self.circle * (T::of(1.0) - along * along).sqrt()
+            }
+        }
+    }
+
+    /// The velocity of the plane at a point.
+    fn carried(&self, point: &Vector3<T>) -> Vector3<T> {
+        self.plane.normal().cross(&(point - self.plane.origin)) * self.plane.spin
+    }
+
+    /// `s/c` with `s = n·a`, and `n`: of the gradient of the height by the axis, `R_c s/c n`.
+    fn slope(&self, q: &[f64]) -> Vector3<T> {
+        let normal = self.plane.normal();
+        let along = normal.dot(&self.axis_at(q));
+        normal * (self.circle * along / (T::of(1.0) - along * along).sqrt())
+    }
+
+    /// The entries of the gradient of the height.
+    pub(crate) fn for_each_slope_of_height(&self, q: &[f64], mut visit: impl FnMut(usize, T)) {
+        let (first, normal, slope) = (FRAME * self.frame, self.plane.normal(), self.slope(q));
+        (0..3).for_each(|k| visit(first + k, normal[k]));
+        let Some(axis) = self.axis else { return };
+        for i in 0..3 {
+            (0..3).for_each(|k| visit(first + 3 + 3 * i + k, axis[i] * slope[k]));
+        }
+    }
+
+    /// The row of `A(q)` of the slip along `e_i`: force, and torque about the centre.
+    pub(crate) fn row_of_slip(&self, q: &[f64], i: usize) -> [Vector3<T>; 2] {
+        let (rho, e) = (self.contact(self.axis_at(q)).rho, self.plane.direction(i));
+        [e, rho.cross(&e)]
+    }
+
+    /// `b` of the slip along `e_i`, m/s.
+    pub(crate) fn rate_of_slip(&self, q: &[f64], i: usize) -> T {
+        let point = self.center(q) + self.contact(self.axis_at(q)).rho;
+        self.plane.direction(i).dot(&self.carried(&point))
+    }
+
+    /// `h A_d` of the slip along `e_i`, m.
+    pub(crate) fn slip_of_step(&self, s: &Interval, i: usize) -> T {
+        let rho = self.contact(self.mean_axis(s).0).rho;
+        let moved = self.center(&s.dq) + self.turned(s).map(T::of).cross(&rho);
+        let carried = match self.plane.spin.vanishes() {
+            true => Vector3::zeros(),
+            false => {
+                let middle = self.center(&s.q0) + self.center(&s.dq) * T::of(0.5);
+                self.carried(&(middle + rho)) * T::of(s.h)
+            }
+        };
+        self.plane.direction(i).dot(&(moved - carried))
+    }
+
+    /// What the second derivative in time of a row holds beside `A a`: of the height (row 0)
+    /// `D²g[v, v] = R_c/c³ (n·ȧ)²`, of the slip along `e_i` (row `i + 1`)
+    /// `e·(ω × Dρ ȧ) − e·Ω n × (φ̇ + Dρ ȧ)`; of the directors, their rates and the rate of the
+    /// centre.
+    fn acceleration_of(
+        &self,
+        row: usize,
+        [triad, rates]: [&Matrix3<T>; 2],
+        velocity: &Vector3<T>,
+    ) -> T {
+        let (axis, turning) = (self.axis_of(triad), self.axis_of(rates));
+        let contact = self.contact(axis);
+        let Some(i) = row.checked_sub(1) else {
+            let (c, part) = (contact.cosine(), contact.normal.dot(&turning));
+            return contact.circle / (c * c * c) * part * part;
+        };
+        let spin = |k: usize| triad.column(k).cross(&rates.column(k));
+        let omega = (spin(0) + spin(1) + spin(2)) * T::of(0.5);
+        let moved = contact.change(&turning);
+        let carried = contact.normal.cross(&(velocity + moved)) * self.plane.spin;
+        self.plane.direction(i).dot(&(omega.cross(&moved) - carried))
+    }
+
+    /// The same at a configuration with a velocity.
+    pub(crate) fn acceleration_at(&self, row: usize, [q, v]: [&[f64]; 2]) -> T {
+        let triad = |x: &[f64]| directors::triad(frame_of(x, self.frame)).map(T::of);
+        self.acceleration_of(row, [&triad(q), &triad(v)], &self.center(v))
+    }
+
+    /// The mean of the axes at both ends, over its length, and the length.
+    fn mean_axis(&self, s: &Interval) -> (Vector3<T>, T) {
+        let sum = self.axis_at(&s.q0) + self.axis_at(&s.q1);
+        let length = sum.norm();
+        match Number::real(length) == 0.0 {
+            true => (sum, T::of(1.0)),
+            false => (sum / length, length),
+        }
+    }
+
+    /// `θ`: the rotation vector of the body in a step; not a number where it is half a turn.
+    fn turned(&self, s: &Interval) -> Vector3<f64> {
+        let theta = self.rotation_vector(s);
+        if theta.norm() > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { theta }
+    }
+
+    /// The angle by which the body turns in a step, rad, at most π.
+    #[must_use]
+    pub fn turn(&self, s: &Interval) -> f64 {
+        self.rotation_vector(s).norm()
+    }
+
+    fn rotation_vector(&self, s: &Interval) -> Vector3<f64> {
+        let (start, end) = (frame_of(&s.q0, self.frame), frame_of(&s.q1, self.frame));
+        let sine = directors::angular_velocity(start, frame_of(&s.dq, self.frame));
+        RotationVector::of_change(sine, start, end).theta
     }
 }
 
 impl Rolling {
-    /// `a` at `q`, or its rate at `v`; zero of a sphere.
-    fn axis_at(&self, q: &[f64]) -> Vector3<f64> {
-        let own = frame_of(q, self.frame);
-        self.axis.map_or_else(Vector3::zeros, |axis| directors::triad(own) * axis)
-    }
-
-    fn center(&self, q: &[f64]) -> Vector3<f64> {
-        directors::center(frame_of(q, self.frame))
-    }
-
-    fn contact(&self, axis: Vector3<f64>) -> Contact {
-        let normal = self.plane.normal();
-        let along = normal.dot(&axis);
-        let across = normal - along * axis;
-        let mut contact = Contact {
-            rho: -self.section * normal,
-            axis,
-            across,
-            along,
-            circle: if self.axis.is_some() { self.circle } else { 0.0 },
-            normal,
-        };
-        if contact.circle != 0.0 {
-            contact.rho -= across * (contact.circle / contact.cosine());
+    /// Numbers that do not change.
+    fn still(&self) -> Rolling<Dual64> {
+        let Plane { origin, axes, spin } = &self.plane;
+        Rolling {
+            frame: self.frame,
+            axis: self.axis.map(|axis| axis.map(Dual64::of)),
+            circle: Dual64::of(self.circle),
+            section: Dual64::of(self.section),
+            plane: Plane {
+                origin: origin.map(Dual64::of),
+                axes: axes.map(Dual64::of),
+                spin: Dual64::of(*spin),
+            },
         }
-        contact
+    }
+
+    /// `out ← out + scale ∂/∂q` of the same, shape `n`.
+    pub(crate) fn add_acceleration_slope(
+        &self,
+        row: usize,
+        [q, v]: [&[f64]; 2],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        let own = self.still();
+        let of = |x: &[f64]| directors::triad(frame_of(x, self.frame)).map(Dual64::of);
+        let (mut triad, rates, velocity) = (of(q), of(v), own.center(v));
+        let first = FRAME * self.frame + 3;
+        for k in 0..9 {
+            triad[k].eps = 1.0;
+            out[first + k] += scale * own.acceleration_of(row, [&triad, &rates], &velocity).eps;
+            triad[k].eps = 0.0;
+        }
     }
 
     /// The point of contact at `q`, m.
@@ -145,19 +308,6 @@ impl Rolling {
         self.plane.normal().dot(&self.axis_at(q)).abs()
     }
 
-    /// The height of the lowest point above the plane, m.
-    #[must_use]
-    pub fn height(&self, q: &[f64]) -> f64 {
-        let above = self.plane.normal().dot(&(self.center(q) - self.plane.origin)) - self.section;
-        match self.axis {
-            None => above,
-            Some(_) => {
-                let along = self.plane.normal().dot(&self.axis_at(q));
-                above - self.circle * (1.0 - along * along).sqrt()
-            }
-        }
-    }
-
     /// The velocity of the wheel relative to the plane at their point of contact, along `e_1` and
     /// `e_2`, m/s.
     #[must_use]
@@ -170,18 +320,6 @@ impl Rolling {
         [0, 1].map(|i| self.plane.direction(i).dot(&(moved - carried)))
     }
 
-    /// The velocity of the plane at a point.
-    fn carried(&self, point: &Vector3<f64>) -> Vector3<f64> {
-        self.plane.spin * self.plane.normal().cross(&(point - self.plane.origin))
-    }
-
-    /// `s/c` with `s = n·a`, and `n`: of the gradient of the height by the axis, `R_c s/c n`.
-    fn slope(&self, q: &[f64]) -> Vector3<f64> {
-        let normal = self.plane.normal();
-        let along = normal.dot(&self.axis_at(q));
-        normal * (self.circle * along / (1.0 - along * along).sqrt())
-    }
-
     /// The gradient of the height, as wrenches.
     pub(crate) fn for_each_wrench_of_height(&self, q: &[f64], mut visit: impl FnMut(usize, Twist)) {
         let torque = self.axis_at(q).cross(&self.slope(q));
@@ -190,12 +328,7 @@ impl Rolling {
 
     /// Emits the gradient of the height.
     pub(crate) fn emit_height(&self, q: &[f64], row: usize, out: &mut dyn Entries) {
-        let (first, normal, slope) = (FRAME * self.frame, self.plane.normal(), self.slope(q));
-        (0..3).for_each(|k| out.add(row, first + k, normal[k]));
-        let Some(axis) = self.axis else { return };
-        for i in 0..3 {
-            (0..3).for_each(|k| out.add(row, first + 3 + 3 * i + k, axis[i] * slope[k]));
-        }
+        self.for_each_slope_of_height(q, |i, slope| out.add(row, i, slope));
     }
 
     /// `R_c/c³`, the second derivative of the height by `n·a`.
@@ -221,24 +354,6 @@ impl Rolling {
                 out.add_block(first + 3 * i, first + 3 * j, &(axis[i] * axis[j] * square));
             }
         }
-    }
-
-    /// `θ`: the rotation vector of the body in a step; not a number where it is half a turn.
-    fn turned(&self, s: &Interval) -> Vector3<f64> {
-        let theta = self.rotation_vector(s);
-        if theta.norm() > LARGEST_TURN { Vector3::repeat(f64::NAN) } else { theta }
-    }
-
-    /// The angle by which the body turns in a step, rad, at most π.
-    #[must_use]
-    pub fn turn(&self, s: &Interval) -> f64 {
-        self.rotation_vector(s).norm()
-    }
-
-    fn rotation_vector(&self, s: &Interval) -> Vector3<f64> {
-        let (start, end) = (frame_of(&s.q0, self.frame), frame_of(&s.q1, self.frame));
-        let sine = directors::angular_velocity(start, frame_of(&s.dq, self.frame));
-        RotationVector::of_change(sine, start, end).theta
     }
 }
 
@@ -266,16 +381,9 @@ impl Slip {
     }
 
     fn wrench(&self, q: &[f64]) -> Twist {
-        let rho = self.rolling.contact(self.rolling.axis_at(q)).rho;
-        Twist::new(self.direction(), rho.cross(&self.direction()))
+        let [force, torque] = self.rolling.row_of_slip(q, self.direction);
+        Twist::new(force, torque)
     }
-}
-
-/// The mean of the axes at both ends, over its length, and the length.
-fn mean_axis(rolling: &Rolling, s: &Interval) -> (Vector3<f64>, f64) {
-    let sum = rolling.axis_at(&s.q0) + rolling.axis_at(&s.q1);
-    let length = sum.norm();
-    if length == 0.0 { (sum, 1.0) } else { (sum / length, length) }
 }
 
 impl VelocityConstraint for Slip {
@@ -317,7 +425,7 @@ impl VelocityConstraint for Slip {
     }
 
     fn rate(&self, at: Configuration<'_>) -> f64 {
-        self.direction().dot(&self.rolling.carried(&self.rolling.contact_point(at.q)))
+        self.rolling.rate_of_slip(at.q, self.direction)
     }
 
     fn rate_change(&self, at: Motion<'_>) -> f64 {
@@ -348,21 +456,25 @@ impl VelocityConstraint for Slip {
     }
 
     fn residual(&self, s: &Interval) -> f64 {
+        self.rolling.slip_of_step(s, self.direction)
+    }
+
+    fn add_acceleration_slope(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) -> bool {
+        self.rolling.add_acceleration_slope(self.direction + 1, [at.q, at.v], scale, out);
+        true
+    }
+
+    /// A plane turns steadily: `−δh e·Ω n × (φ_{n+1/2} + ρ(ā) − o)`.
+    fn step_change(&self, s: &Interval, change: StepChange) -> Option<f64> {
         let rolling = &*self.rolling;
-        let rho = rolling.contact(mean_axis(rolling, s).0).rho;
-        let moved = rolling.center(&s.dq) + rolling.turned(s).cross(&rho);
-        let carried = match self.is_driven() {
-            true => {
-                s.h * rolling.carried(&(rolling.center(&s.q0) + 0.5 * rolling.center(&s.dq) + rho))
-            }
-            false => Vector3::zeros(),
-        };
-        self.direction().dot(&(moved - carried))
+        let rho = rolling.contact(rolling.mean_axis(s).0).rho;
+        let carried = rolling.carried(&(rolling.center(&s.q_mid) + rho));
+        Some(-change.length * self.direction().dot(&carried))
     }
 
     fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>) {
         let (rolling, e) = (&*self.rolling, self.direction());
-        let (axis, length) = mean_axis(rolling, s);
+        let (axis, length) = rolling.mean_axis(s);
         let contact = rolling.contact(axis);
         let theta = rolling.turned(s);
         let spin = s.h * self.turning();

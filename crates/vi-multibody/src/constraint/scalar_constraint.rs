@@ -13,14 +13,14 @@
 
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::constraint::rolling::{Rolling, Slip};
-use crate::constraint::velocity_constraint::{Pace, VelocityConstraint};
+use crate::constraint::velocity_constraint::{Pace, VelocityConstraint, emit_wrench};
 use crate::geometry::form::{Form, Row};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::Joint;
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
 use std::sync::Arc;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, StepChange};
 use vi_core::sparse::{Block, Entries, Product};
 use vi_core::{Configuration, Motion};
 
@@ -128,6 +128,29 @@ impl ScalarRow {
         }
     }
 
+    /// Emits the derivative of the gap by the end of a step, of a velocity constraint along motions
+    /// that keep bodies rigid; always the same places in the same order.
+    pub fn emit_of_step(&self, s: &Interval, row: usize, out: &mut dyn Entries) {
+        match self {
+            Self::Velocity(velocity) => {
+                velocity.for_each_wrench_of_step(s, &mut |frame, wrench| {
+                    emit_wrench((&s.q1, frame), (row, 1.0), &wrench, out);
+                })
+            }
+            _ => self.emit(&s.q1, row, out),
+        }
+    }
+
+    /// How the gap of a velocity constraint changes with the length and the time of a step between
+    /// the same ends; `None` where it is not known.
+    #[must_use]
+    pub fn step_change(&self, s: &Interval, change: StepChange) -> Option<f64> {
+        match self {
+            Self::Velocity(row) => row.step_change(s, change),
+            _ => Some(0.0),
+        }
+    }
+
     /// Whether it constrains velocities, not configurations.
     #[must_use]
     pub fn is_of_velocities(&self) -> bool {
@@ -198,6 +221,25 @@ impl ScalarRow {
                 b.emit_third(q, v, ratio * scale, out);
             }
             Self::Motion { coordinate, .. } => coordinate.emit_third(q, v, scale, out),
+        }
+    }
+
+    /// `out ← out + scale ∂/∂q` of `D²g[v, v]`, of a velocity constraint of `DA[v] v − ḃ`, at fixed
+    /// `v`, shape `n`; `false` where it is not known.
+    pub(crate) fn add_acceleration_slope(
+        &self,
+        at: Motion<'_>,
+        scale: f64,
+        out: &mut [f64],
+    ) -> bool {
+        match self {
+            Self::Product(_) => true,
+            Self::Height(rolling) => {
+                rolling.add_acceleration_slope(0, [at.q, at.v], scale, out);
+                true
+            }
+            Self::Velocity(row) => row.add_acceleration_slope(at, scale, out),
+            Self::Gear { .. } | Self::Motion { .. } => false,
         }
     }
 

@@ -22,9 +22,9 @@
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::geometry::form::Form;
 use crate::pair::Twist;
-use vi_core::interval::Interval;
-use vi_core::sparse::Entries;
-use vi_core::{Configuration, Motion};
+use vi_core::interval::{Interval, StepChange};
+use vi_core::sparse::{Entries, Product};
+use vi_core::{Configuration, Motion, Number};
 use vi_rigid::directors::{self, FRAME};
 
 /// Visits wrenches on frames: number of the frame, force and torque about its centre.
@@ -52,6 +52,20 @@ pub trait VelocityConstraint: Send + Sync {
     fn residual(&self, s: &Interval) -> f64;
     /// The derivative of `h A_d` by the end of the step, as wrenches.
     fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>);
+    /// `out ← out + scale ∂/∂q` of `DA(q)[v] v − ḃ`, at fixed `v`, shape `n`; `false` where it is not
+    /// known.
+    fn add_acceleration_slope(&self, _at: Motion<'_>, _scale: f64, _out: &mut [f64]) -> bool {
+        false
+    }
+    /// Whether it reads one of the joint coordinates that are meant.
+    fn reads(&self, _meant: &dyn Fn(&JointCoordinate) -> bool) -> bool {
+        false
+    }
+    /// How `h A_d` changes with the length and the time of a step between the same ends; `None`
+    /// where the time enters. The default is that of constraints that are not driven.
+    fn step_change(&self, _s: &Interval, _change: StepChange) -> Option<f64> {
+        Some(0.0)
+    }
 }
 
 /// The coordinates of a frame.
@@ -61,7 +75,7 @@ pub(super) fn frame_of(q: &[f64], frame: usize) -> &[f64] {
 }
 
 /// Emits `scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` of a wrench on a frame.
-pub(super) fn emit_wrench(
+pub(crate) fn emit_wrench(
     (q, frame): (&[f64], usize),
     (row, scale): (usize, f64),
     wrench: &Twist,
@@ -73,6 +87,12 @@ pub(super) fn emit_wrench(
         let part = 0.5 * wrench.angular.cross(&directors::director(own, i));
         (0..3).for_each(|k| out.add(row, first + 3 + 3 * i + k, scale * part[k]));
     }
+}
+
+/// `½ (n_n + n_{n+1})·(X_{n+1} − X_n)` of `n` and `X`.
+pub(crate) fn along_change<T: Number>([direction, point]: [&Form<T>; 2], s: &Interval) -> T {
+    let mean = (direction.at(&s.q0) + direction.at(&s.q1)) * T::of(0.5);
+    mean.dot(&point.rate(&s.dq))
 }
 
 /// A quantity whose change over a step is constrained.
@@ -94,10 +114,7 @@ impl Pace {
     pub(crate) fn change(&self, s: &Interval) -> f64 {
         match self {
             Self::Joint(coordinate) => coordinate.change(s).difference,
-            Self::Along { direction, point } => {
-                let mean = 0.5 * (direction.at(&s.q0) + direction.at(&s.q1));
-                mean.dot(&point.rate(&s.dq))
-            }
+            Self::Along { direction, point } => along_change([direction, point], s),
         }
     }
 
@@ -192,6 +209,14 @@ impl VelocityConstraint for Pace {
 
     fn is_driven(&self) -> bool {
         false
+    }
+
+    /// Of points along directions it is constant.
+    fn add_acceleration_slope(&self, at: Motion<'_>, scale: f64, out: &mut [f64]) -> bool {
+        if let Self::Joint(coordinate) = self {
+            coordinate.emit_third(at.q, at.v, scale, &mut Product { v: at.v, out });
+        }
+        true
     }
 
     fn residual(&self, s: &Interval) -> f64 {

@@ -5,15 +5,17 @@
 //! [M Gᵀ; G 0](δa, δλ) = ( F_q δq + F_v δv̂ + F_θ − M_θ a − (Σ λ_i D²g_i) δq − (Gᵀ)_θ λ,
 //!                         −2 D²g[v̂, δv̂] − D²g[a, δq] − γ_θ − G_θ a )
 //! [M Gᵀ; G 0](w, ν) = (∂y/∂a, ∂y/∂λ)
-//! ∂y/∂q = F_qᵀ w − (Σ λ_i D²g_i) w − (Σ ν_i D²g_i) a,      ∂y/∂v̂ = F_vᵀ w − 2 (Σ ν_i D²g_i) v̂
+//! ∂y/∂q = F_qᵀ w − (Σ λ_i D²g_i) w − (Σ ν_i D²g_i) a − γ_qᵀ ν,   ∂y/∂v̂ = F_vᵀ w − γ_vᵀ ν
 //! ∂y/∂θ = w·(F_θ − M_θ a − (Gᵀ)_θ λ) − ν·(γ_θ + G_θ a)
 //! ```
-//! `v̂` is that of [`NodeVelocity`], which passes `∂y/∂v̂` on. The second derivatives of `g` are
-//! constant: constraints along angles, as gears and prescribed motions of hinges, are left out.
+//! `v̂` is that of [`NodeVelocity`], which passes `∂y/∂v̂` on. `γ_q` is zero where the second
+//! derivatives of `g` are constant; of constraints along angles, as gears and prescribed motions of
+//! hinges, and of sums of rates it is left out, and they are refused. Of constraints on velocities
+//! `γ = DA[v̂] v̂ − ḃ`, and `∂A_i/∂q` stands for `D²g_i`, transposed in `∂y/∂q`.
 //! Redundant constraints: `λ` and `ν` of independent rows.
 #![allow(non_snake_case)] // F, G, M
 
-use super::velocity::{NodeMass, NodeVelocity};
+use super::velocity::{NodeMass, NodeVelocity, emit_minus_transposed};
 use super::{DesignError, MechanismTangent};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
@@ -25,7 +27,7 @@ use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
-use vi_core::{Configuration, State};
+use vi_core::{Configuration, Motion, State};
 
 /// `a` and `λ` at nodes with their derivatives.
 #[derive(Debug)]
@@ -54,8 +56,11 @@ impl NodeAcceleration {
         tangents: &[MechanismTangent],
     ) -> Result<Self, DesignError> {
         let description = mechanism.description();
-        let curved = |row: &ScalarRow| !matches!(row, ScalarRow::Product(_));
-        let scalar = description.scalars.iter().find(|own| own.rows.iter().any(curved));
+        let q = mechanism.initial_configuration();
+        let [still, mut out] = [(); 2].map(|()| vec![0.0; q.len()]);
+        let at = Motion::new(0.0, &q, &still);
+        let mut unknown = |row: &ScalarRow| !row.add_acceleration_slope(at, 0.0, &mut out);
+        let scalar = description.scalars.iter().find(|own| own.rows.iter().any(&mut unknown));
         let screw = description.joints.iter().find(|joint| joint.kind.pitch().is_some());
         if let Some(name) = scalar.map(|own| &own.name).or(screw.map(|own| &own.name)) {
             return Err(DesignError::Angle(name.clone()));
@@ -167,12 +172,17 @@ impl NodeAcceleration {
             let mut transposed = Block { into, row: 0, column: 0, scale: 1.0, transposed: true };
             system.level_slopes(at.moving(v), by, &mut transposed);
         }
-        let bend = |mu: &[f64], scale, of: &[f64], out: &mut [f64]| {
-            mechanism.weighted_hessian(at.t, at.q, mu, scale, &mut Product { v: of, out });
+        let bend = |mu: &[f64], of: &[f64], out: &mut [f64]| {
+            emit_minus_transposed(of, out, |out| {
+                mechanism.weighted_hessian(at.t, at.q, mu, 1.0, out);
+            });
         };
-        bend(lambda, -1.0, w, q);
-        bend(nu, -1.0, a, q);
-        bend(nu, -2.0, v, of_v);
+        bend(lambda, w, q);
+        bend(nu, a, q);
+        bend(nu, v, of_v);
+        mechanism.weighted_hessian(at.t, at.q, nu, -1.0, &mut Product { v, out: of_v });
+        emit_minus_transposed(nu, of_v, |out| mechanism.drift_slope(at, out));
+        mechanism.add_acceleration_slopes(at.moving(v), nu, -1.0, q);
         Ok(velocity.pull(mechanism, at, of_v, [q, p])?)
     }
 

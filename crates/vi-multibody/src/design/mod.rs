@@ -75,12 +75,15 @@ pub enum DesignError {
         /// The joint.
         joint: String,
     },
-    /// The second derivatives of a constraint are not constant.
+    /// The second derivatives of a constraint change, and how is not known.
     #[error(
         "accelerations, and forces at the start and at sub-steps, have no derivatives with `{0}`, \
-         a constraint along an angle"
+         a constraint along an angle or of a sum of rates"
     )]
     Angle(String),
+    /// A sum of rates reads a joint that moves.
+    #[error("the constraint `{0}` reads a joint whose geometry changes")]
+    Rates(String),
     /// A tangent is of another kind than its element.
     #[error("the change of `{0}` is not one of such an element")]
     Kind(String),

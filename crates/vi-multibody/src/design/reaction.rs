@@ -4,6 +4,7 @@
 //! y = −σ Σ_i λ_i G_i ξ       rows of a joint; ξ: the motion of its child along a component
 //!     force along e: ξ = (e, 0);   moment about e: ξ = (e × (φ − x), e × d_I),  x: child's anchor
 //! ∂y/∂λ_i = −σ G_i ξ,   ∂y/∂q = −σ (Σ λ_i D²g_i) ξ − σ ξ_qᵀ Gᵀλ,   y_θ = −σ λ·(G_θ ξ + G ξ_θ)
+//! y = −λ·G ξ, ξ = (e, 0)    the force of a wheel or a blade on its body, along e in space
 //! y = c Σ λ_i                a tension, an effort along a row
 //! ```
 //! `ξ` is a rigid motion, in which directors do no work; `σ = 1` but for a child that is the
@@ -13,11 +14,14 @@
 #![allow(non_snake_case)] // G
 
 use super::rows::MovedRows;
+use super::velocity::emit_minus_transposed;
 use super::{DesignError, MechanismTangent, ScalarTangent};
+use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use crate::pair::joint::{FrameId, Joint, Side};
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
+use vi_constraints::Constraints;
 use vi_core::num_dual::Dual64;
 use vi_core::{Configuration, Number};
 use vi_rigid::directors::FRAME;
@@ -44,6 +48,16 @@ pub enum ForceNumber {
         axes: Axes,
         /// Which of the six.
         part: usize,
+    },
+    /// A component in space of the force of what holds one body to the ground, of a wheel or a
+    /// blade, N.
+    Carried {
+        /// The scalar constraint of the description.
+        scalar: usize,
+        /// The body.
+        frame: usize,
+        /// Which component.
+        axis: usize,
     },
     /// `c Σ λ_i`.
     Rows {
@@ -204,6 +218,19 @@ impl<'a> Component<'a> {
     }
 }
 
+/// The translation of a frame along an axis of space, shape `n`.
+fn translation(n: usize, frame: usize, axis: usize) -> Vec<f64> {
+    let mut xi = vec![0.0; n];
+    xi[FRAME * frame + axis] = 1.0;
+    xi
+}
+
+/// The rows of a scalar constraint, as numbered among all constraints.
+fn rows_of(mechanism: &Mechanism, scalar: usize) -> impl Iterator<Item = (usize, &ScalarRow)> {
+    let first = mechanism.len() - mechanism.rows().len();
+    mechanism.scalar_rows(scalar).map(move |i| (i, &mechanism.rows()[i - first]))
+}
+
 /// A joint whose numbers do not change.
 fn with_tangent(joint: &Joint) -> Joint<Dual64> {
     super::JointTangent::default().dual(joint)
@@ -215,6 +242,15 @@ impl ForceNumber {
     pub fn value(&self, mechanism: &Mechanism, q: &[f64], lambda: &[f64]) -> f64 {
         match self {
             Self::Rows { rows, factor, .. } => factor * lambda[rows.clone()].iter().sum::<f64>(),
+            Self::Carried { scalar, frame, axis } => {
+                let xi = translation(q.len(), *frame, *axis);
+                let work = |(i, row): (usize, &ScalarRow)| {
+                    let mut rate = 0.0;
+                    row.add_rate(q, &xi, &mut rate);
+                    (-lambda[i], rate)
+                };
+                sum(rows_of(mechanism, *scalar).map(work))
+            }
             Self::Reaction { joint, axes, part } => {
                 let own = Component::of(mechanism, *joint, (*axes, *part), q);
                 own.map_or(0.0, |own| sum(own.works().map(|(i, work)| (work, lambda[i]))))
@@ -234,6 +270,16 @@ impl ForceNumber {
         match self {
             Self::Rows { rows, factor, .. } => {
                 of_lambda[rows.clone()].iter_mut().for_each(|own| *own += scale * factor);
+            }
+            Self::Carried { scalar, frame, axis } => {
+                let xi = translation(q.len(), *frame, *axis);
+                for (i, row) in rows_of(mechanism, *scalar) {
+                    let mut rate = 0.0;
+                    row.add_rate(q, &xi, &mut rate);
+                    of_lambda[i] -= scale * rate;
+                    let weight = scale * lambda[i];
+                    emit_minus_transposed(&xi, of_q, |out| row.emit_second(q, weight, out));
+                }
             }
             Self::Reaction { joint, axes, part } => {
                 if let Some(own) = Component::of(mechanism, *joint, (*axes, *part), q) {
@@ -257,6 +303,12 @@ impl ForceNumber {
             Self::Reaction { joint: k, .. } => {
                 let own = &mechanism.description().joints[*k];
                 joint = tangent.joints.get(k).map(|change| change.dual(own));
+            }
+            Self::Carried { scalar, .. } => {
+                let moves = tangent.scalars.contains_key(scalar);
+                let rows =
+                    if moves { MovedRows::of(mechanism, tangent)? } else { MovedRows::default() };
+                return Ok(MovedForce { rows, joint, factor });
             }
             Self::Rows { of: Rows::Bar(k), .. } => {
                 factor = tangent.bars.get(k).map_or(0.0, |own| own.length);
@@ -285,6 +337,13 @@ impl ForceNumber {
     ) -> f64 {
         match self {
             Self::Rows { rows, .. } => moved.factor * lambda[rows.clone()].iter().sum::<f64>(),
+            Self::Carried { scalar, frame, axis } => {
+                let xi = translation(at.q.len(), *frame, *axis);
+                let (mut own, mut change) = (vec![0.0; lambda.len()], 0.0);
+                mechanism.scalar_rows(*scalar).for_each(|i| own[i] = -lambda[i]);
+                moved.rows.for_each_force(at.q, &own, |i, force| change += force * xi[i]);
+                change
+            }
             Self::Reaction { joint: k, axes, part } => {
                 let own = Component::of(mechanism, *k, (*axes, *part), at.q);
                 let Some((own, joint)) = own.zip(moved.joint.as_ref()) else { return 0.0 };

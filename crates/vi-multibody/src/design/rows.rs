@@ -1,16 +1,22 @@
 //! Constraint rows that change with a parameter: `g_θ`, `(Gᵀ λ)_θ`.
 
 use super::explicit::{Sink, moved_value};
+use super::moved_coordinate::MovedCoordinate;
 use super::{DesignError, MechanismTangent, Reference, ScalarTangent};
 use crate::constraint::joint_coordinate::{JointCoordinate, Value};
+use crate::constraint::rolling::Rolling;
 use crate::constraint::scalar_constraint::ScalarRow;
+use crate::constraint::velocity_constraint::{VelocityConstraint, along_change, emit_wrench};
 use crate::geometry::form::{Form, Row};
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::BarEnd;
 use crate::pair::DegreeOfFreedom;
+use crate::pair::Twist;
 use crate::pair::constraints::PairConstraint;
 use nalgebra::Vector3;
+use std::sync::Arc;
 use vi_core::num_dual::Dual64;
+use vi_core::sparse::Entries;
 use vi_core::{Configuration, Interval, Motion};
 
 /// A row with its derivative.
@@ -29,6 +35,14 @@ enum MovedRow {
         value: Option<Box<Value<Dual64>>>,
         reference: Option<Reference>,
     },
+    /// `n·(φ − o) − b − R_c c(a)`.
+    Height(Arc<Rolling<Dual64>>),
+    /// Of what rolls, along `e_i`.
+    Slip(Arc<Rolling<Dual64>>, usize),
+    /// Of a blade.
+    Blade(Box<[Form<Dual64>; 2]>),
+    /// The change of a constraint on velocities is one by itself.
+    Velocity(Arc<dyn VelocityConstraint>),
 }
 
 /// The rows that change with a parameter, as numbered among all constraints.
@@ -50,13 +64,43 @@ impl MovedRow {
             Self::Motion { value, reference } => {
                 moved(value) - reference.as_ref().map_or(0.0, |reference| reference(at.t)[0])
             }
+            Self::Height(rolling) => rolling.height(at.q).eps,
+            Self::Slip(..) | Self::Blade(_) | Self::Velocity(_) => 0.0,
         }
     }
 
-    /// `∂²g/∂t∂θ`.
-    fn drift(&self, t: f64) -> f64 {
+    /// How what a step closes changes: `g_θ(q_{n+1})`, of constraints on velocities `(h A_d)_θ`.
+    fn gap(&self, s: &Interval) -> f64 {
         match self {
-            Self::Motion { reference: Some(reference), .. } => -reference(t)[1],
+            Self::Slip(rolling, i) => rolling.slip_of_step(s, *i).eps,
+            Self::Blade(forms) => along_change(forms.each_ref(), s).eps,
+            Self::Velocity(row) => row.residual(s),
+            _ => self.value(s.end()),
+        }
+    }
+
+    /// `γ_θ`.
+    fn acceleration(&self, at: Motion<'_>) -> f64 {
+        let Motion { q, v, .. } = at;
+        match self {
+            Self::Product(own) => own.second(v, v).eps,
+            Self::Height(rolling) => rolling.acceleration_at(0, [q, v]).eps,
+            Self::Slip(rolling, i) => rolling.acceleration_at(i + 1, [q, v]).eps,
+            Self::Blade(forms) => {
+                let [direction, point] = &**forms;
+                direction.rate(v).dot(&point.rate(v)).eps
+            }
+            Self::Velocity(row) => row.second(q, v, v) - row.rate_change(at),
+            Self::Gear { .. } | Self::Motion { .. } => 0.0,
+        }
+    }
+
+    /// `∂²g/∂t∂θ`; of constraints on velocities `−b_θ`.
+    fn drift(&self, at: Configuration<'_>) -> f64 {
+        match self {
+            Self::Motion { reference: Some(reference), .. } => -reference(at.t)[1],
+            Self::Slip(rolling, i) => -rolling.rate_of_slip(at.q, *i).eps,
+            Self::Velocity(row) => -row.rate(at),
             _ => 0.0,
         }
     }
@@ -78,7 +122,29 @@ impl MovedRow {
                 value.for_each_slope(q, |i, slope| visit(i, slope.eps));
             }
             Self::Motion { value: None, .. } => {}
+            Self::Height(rolling) => {
+                rolling.for_each_slope_of_height(q, |i, slope| visit(i, slope.eps));
+            }
+            Self::Slip(rolling, k) => {
+                let [force, torque] = rolling.row_of_slip(q, *k).map(|own| own.map(|x| x.eps));
+                let wrench = Twist::new(force, torque);
+                emit_wrench((q, rolling.frame), (0, 1.0), &wrench, &mut Visited(&mut visit));
+            }
+            Self::Blade(forms) => {
+                let [direction, point] = &**forms;
+                point.for_each_slope(&direction.at(q), |i, slope| visit(i, slope.eps));
+            }
+            Self::Velocity(row) => row.emit(q, 0, 1.0, &mut Visited(&mut visit)),
         }
+    }
+}
+
+/// Visits the entries of one row.
+struct Visited<'a>(&'a mut dyn FnMut(usize, f64));
+
+impl Entries for Visited<'_> {
+    fn add(&mut self, _row: usize, column: usize, value: f64) {
+        (self.0)(column, value);
     }
 }
 
@@ -142,6 +208,12 @@ impl MovedRows {
         let moved = |coordinate: &JointCoordinate| {
             moved_value(mechanism, tangent, coordinate).map(Box::new)
         };
+        if let ScalarRow::Velocity(row) = &constraint.rows[0] {
+            let meant = |own: &JointCoordinate| MovedCoordinate::moves(mechanism, tangent, own);
+            if row.reads(&meant) {
+                return Err(DesignError::Rates(constraint.name.clone()));
+            }
+        }
         match (&constraint.rows[0], change) {
             (ScalarRow::Product(row), Some(ScalarTangent::Distance { between, length })) => {
                 let own = row.b.with_tangent(between);
@@ -181,6 +253,17 @@ impl MovedRows {
                 }
             }
             (_, None) => {}
+            (ScalarRow::Height(_), Some(ScalarTangent::Rolling(dual))) => {
+                let slips = (0..2).map(|i| MovedRow::Slip(dual.clone(), i));
+                let all = [MovedRow::Height(dual.clone())].into_iter().chain(slips);
+                self.0.extend((first..).zip(all));
+            }
+            (ScalarRow::Velocity(_), Some(ScalarTangent::Blade(forms))) => {
+                self.0.push((first, MovedRow::Blade(forms.clone())));
+            }
+            (ScalarRow::Velocity(_), Some(ScalarTangent::Velocity(row))) => {
+                self.0.push((first, MovedRow::Velocity(row.clone())));
+            }
             _ => return Err(refused()),
         }
         Ok(())
@@ -205,9 +288,9 @@ impl MovedRows {
         })
     }
 
-    /// Emits `g_θ(q_{n+1})`, and `−(Gᵀ)_θ h λ` at `q_n`.
+    /// Emits `g_θ(q_{n+1})`, of constraints on velocities `(h A_d)_θ`, and `−(Gᵀ)_θ h λ` at `q_n`.
     pub(super) fn emit(&self, s: &Interval, impulse: &[f64], out: &mut dyn Sink) {
-        self.0.iter().for_each(|(row, moved)| out.row(*row, moved.value(s.end())));
+        self.0.iter().for_each(|(row, moved)| out.row(*row, moved.gap(s)));
         self.for_each_force(&s.q0, impulse, |i, force| out.minus(i, -force));
     }
 
@@ -223,7 +306,8 @@ impl MovedRows {
         self.0.iter().for_each(|(row, moved)| rows[*row] += moved.value(at));
     }
 
-    /// `rows += G_θ a + (D²g[v, v])_θ` of rows that are products of forms; the others have none.
+    /// `rows += G_θ a + γ_θ`, `γ` of [`vi_constraints::Constraints::acceleration_terms`]; those along
+    /// angles have none.
     pub(super) fn add_accelerations(
         &self,
         at: Configuration<'_>,
@@ -232,16 +316,14 @@ impl MovedRows {
     ) {
         for (row, moved) in &self.0 {
             moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * a[i]);
-            if let MovedRow::Product(own) = moved {
-                rows[*row] += own.second(v, v).eps;
-            }
+            rows[*row] += moved.acceleration(at.moving(v));
         }
     }
 
     /// `rows += G_θ v + g_tθ`.
     pub(super) fn add_rates(&self, at: Motion<'_>, rows: &mut [f64]) {
         for (row, moved) in &self.0 {
-            rows[*row] += moved.drift(at.t);
+            rows[*row] += moved.drift(at.configuration());
             moved.for_each_slope(at.q, |i, slope| rows[*row] += slope * at.v[i]);
         }
     }

@@ -5,6 +5,8 @@
 //! [G; ∇x] δq = (−g_θ, δz − x_θ)
 //! [G; ∇x] δv = (−D²g[δq, v] − G_θ v − g_tθ, δż − D²x[δq, v] − (∇x)_θ v)        δp̄ = M δv + M_θ v
 //! ```
+//! Constraints on velocities `A v = b` stand in the second pair alone, `−D A[δq] v + b_q δq − A_θ v +
+//! b_θ` on the right, beside as many rates fewer: the first ones that are independent with them.
 //! `x`: independent joint coordinates, of the tree, or of a closed loop those that are given; the
 //! others follow. The same equations on trees and on closed loops. Where constraints are redundant
 //! the independent rows are solved and the others checked: one that is left over says that no
@@ -20,7 +22,7 @@ use crate::mechanism::Mechanism;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_constraints::{Constraints, InitialValues};
 use vi_core::linear::{Singular, SparseLu, norm_inf};
-use vi_core::sparse::{Entries, SparseMatrix};
+use vi_core::sparse::{Entries, Product, SparseMatrix};
 use vi_core::{Configuration, Motion};
 
 /// Part of the size of a row that a redundant one may be left with.
@@ -100,17 +102,62 @@ impl StartTangent {
 pub struct StartDerivatives {
     /// By the coordinates, at fixed rates.
     pub coordinates: Vec<StartTangent>,
-    /// By the rates.
+    /// By the rates, zero of those that follow from others.
     pub rates: Vec<StartTangent>,
+    /// Whether each rate is free, and does not follow from others by constraints on velocities.
+    pub is_free: Vec<bool>,
     /// By the parameters, at fixed coordinates and rates.
     pub parameters: Vec<StartTangent>,
+}
+
+/// The rows without constraints on velocities: those that a configuration meets.
+#[must_use]
+pub fn of_positions(mechanism: &Mechanism, rows: &IndependentRows) -> IndependentRows {
+    if !mechanism.has_velocity_constraints() {
+        return rows.clone();
+    }
+    let is_of_velocities = |row: usize| mechanism.velocity_rows().any(|(own, _)| own == row);
+    let chosen: Vec<usize> =
+        rows.rows().iter().copied().filter(|row| !is_of_velocities(*row)).collect();
+    IndependentRows::choose(mechanism.len(), &chosen)
+}
+
+/// The rows of a spanning tree: internal ones of the bodies and those of its joints.
+#[must_use]
+pub fn of_tree(mechanism: &Mechanism) -> IndependentRows {
+    let in_tree = super::rows_in_tree(mechanism);
+    let internal = mechanism.len() - mechanism.rows().len();
+    let chosen: Vec<usize> =
+        (0..mechanism.len()).filter(|&row| row < internal || in_tree[row]).collect();
+    IndependentRows::choose(mechanism.len(), &chosen)
+}
+
+/// Which of coordinates that determine a configuration determine the velocities: the first ones,
+/// as many as constraints on velocities leave.
+///
+/// # Errors
+/// [`Singular`] where they do not.
+pub fn free_rates(
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
+    at: InitialValues<'_>,
+    coordinates: &[StartCoordinate],
+) -> Result<Vec<usize>, Singular> {
+    match mechanism.has_velocity_constraints() {
+        true => independent(mechanism, rows, at, coordinates),
+        false => Ok((0..coordinates.len()).collect()),
+    }
+}
+
+/// Some of coordinates.
+fn chosen_of(coordinates: &[StartCoordinate], places: &[usize]) -> Vec<StartCoordinate> {
+    places.iter().map(|&k| coordinates[k].clone()).collect()
 }
 
 /// `q`, `v` of a start, the matrix `[G; ∇x]` and what is beside it.
 struct Equations<'a> {
     mechanism: &'a Mechanism,
     rows: &'a IndependentRows,
-    coordinates: &'a [StartCoordinate],
     matrix: SparseMatrix,
     lu: SparseLu,
 }
@@ -136,7 +183,7 @@ impl<'a> Equations<'a> {
             }
         });
         let lu = SparseLu::new(&matrix)?;
-        Ok(Self { mechanism, rows, coordinates, matrix, lu })
+        Ok(Self { mechanism, rows, matrix, lu })
     }
 
     /// Solves for columns `(b, z)`, `b` over all constraints.
@@ -168,6 +215,7 @@ pub fn configuration(
     coordinates: &[StartCoordinate],
     (values, own): (&[f64], &[f64]),
 ) -> Result<Vec<f64>, StartDerivativeError> {
+    let rows = &of_positions(mechanism, rows);
     let (mut q, mut g) = (at.q.to_vec(), vec![0.0; mechanism.len()]);
     for _ in 0..ITERATIONS {
         let at = InitialValues::new(at.t, &q, at.v);
@@ -189,7 +237,8 @@ pub fn configuration(
     Err(StartDerivativeError::Unreached)
 }
 
-/// `v` with `G v + g_t = 0`, `∇x v = ż`, shape `n`; `rates`: `ż`, m/s or rad/s.
+/// `v` with `G v + g_t = 0`, `∇x v = ż`, shape `n`; `rates`: `ż`, m/s or rad/s, of which those that
+/// follow from others by constraints on velocities do not count.
 ///
 /// # Errors
 /// [`StartDerivativeError`] where the coordinates do not determine it.
@@ -200,15 +249,18 @@ pub fn velocities(
     coordinates: &[StartCoordinate],
     rates: &[f64],
 ) -> Result<Vec<f64>, StartDerivativeError> {
-    let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+    let places = free_rates(mechanism, rows, at, coordinates)?;
+    let free = chosen_of(coordinates, &places);
+    let mut equations = Equations::new(mechanism, rows, &free, at)?;
     let mut b = vec![0.0; mechanism.len()];
     mechanism.time_derivative(at.t, at.q, &mut b);
     b.iter_mut().for_each(|b| *b = -*b);
-    Ok(equations.solve(&[(b, rates.to_vec())])?.swap_remove(0))
+    let rates = places.iter().map(|&k| rates[k]).collect();
+    Ok(equations.solve(&[(b, rates)])?.swap_remove(0))
 }
 
 /// The derivatives of a consistent start by coordinates, rates and parameters; `mass`: `M`, `rows`:
-/// independent ones.
+/// independent ones, `coordinates`: as many as determine a configuration.
 ///
 /// # Errors
 /// [`StartDerivativeError`].
@@ -220,7 +272,8 @@ pub fn derivatives(
     coordinates: &[StartCoordinate],
     tangents: &[MechanismTangent],
 ) -> Result<StartDerivatives, StartDerivativeError> {
-    let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+    let of_positions = of_positions(mechanism, rows);
+    let mut equations = Equations::new(mechanism, &of_positions, coordinates, at)?;
     let moved: Vec<MovedRows> =
         tangents.iter().map(|own| MovedRows::of(mechanism, own)).collect::<Result<_, _>>()?;
     let (m, count) = (mechanism.len(), coordinates.len());
@@ -237,48 +290,56 @@ pub fn derivatives(
     }
     let q = equations.solve(&columns)?;
     for (k, (dq, (b, _))) in q.iter().zip(&columns).enumerate().skip(count) {
-        closes(mechanism, rows, at, dq, b).map_err(|(row, left)| StartDerivativeError::Opens {
-            parameter: k - count,
-            row,
-            name: mechanism.constraint_name(row).to_owned(),
-            left,
+        closes(mechanism, &of_positions, at, dq, b).map_err(|(row, left)| {
+            StartDerivativeError::Opens {
+                parameter: k - count,
+                row,
+                name: mechanism.constraint_name(row).to_owned(),
+                left,
+            }
         })?;
     }
     // velocities
+    let places = free_rates(mechanism, rows, at, coordinates)?;
+    let free = chosen_of(coordinates, &places);
+    let mut of_velocities = match free.len() == count {
+        true => equations,
+        false => Equations::new(mechanism, rows, &free, at)?,
+    };
     let mut columns = Vec::new();
     for (k, dq) in q.iter().enumerate() {
         let mut b = vec![0.0; m];
         mechanism.second_derivative(at.t, at.q, dq, at.v, &mut b);
-        let mut z: Vec<f64> =
-            equations.coordinates.iter().map(|x| x.second(at.q, dq, at.v)).collect();
+        mechanism.drift_slope(configuration, &mut Product { v: dq, out: &mut b });
+        let mut z: Vec<f64> = free.iter().map(|x| x.second(at.q, dq, at.v)).collect();
         if let Some(k) = k.checked_sub(count) {
             moved[k].add_rates(configuration.moving(at.v), &mut b);
             let moved = |x: &StartCoordinate| moved_by(mechanism, &tangents[k], x, at)[1];
-            z.iter_mut().zip(coordinates).for_each(|(z, x)| *z += moved(x));
+            z.iter_mut().zip(&free).for_each(|(z, x)| *z += moved(x));
         }
         b.iter_mut().chain(&mut z).for_each(|x| *x = -*x);
         columns.push((b, z));
     }
-    columns.extend((0..count).map(|k| (vec![0.0; m], unit(k))));
-    let mut v = equations.solve(&columns)?;
-    let rates = v.split_off(q.len());
+    columns.extend((0..free.len()).map(|k| (vec![0.0; m], unit(k)[..free.len()].to_vec())));
+    let mut v = of_velocities.solve(&columns)?;
+    let of_rates = v.split_off(q.len());
     let momentum = |dv: &[f64]| {
         let mut p = vec![0.0; dv.len()];
         mass.mul_add(1.0, dv, &mut p);
         p
     };
-    let rate = |v: Vec<f64>| StartTangent { q: vec![0.0; v.len()], p: momentum(&v), v };
+    let mut rates = vec![StartTangent::zero(mechanism.dim()); count];
+    for (&k, v) in places.iter().zip(of_rates) {
+        rates[k] = StartTangent { q: vec![0.0; v.len()], p: momentum(&v), v };
+    }
     let mut found: Vec<StartTangent> =
         q.into_iter().zip(v).map(|(q, v)| StartTangent { p: momentum(&v), q, v }).collect();
     for (tangent, own) in tangents.iter().zip(&mut found[count..]) {
         add_mass_change(mechanism, tangent, at.v, &mut own.p);
     }
     let parameters = found.split_off(count);
-    Ok(StartDerivatives {
-        coordinates: found,
-        rates: rates.into_iter().map(rate).collect(),
-        parameters,
-    })
+    let is_free = (0..count).map(|k| places.contains(&k)).collect();
+    Ok(StartDerivatives { coordinates: found, rates, is_free, parameters })
 }
 
 /// `δv` of a start whose configuration changes by `dq` and whose rates change by `rates`, one for
@@ -313,6 +374,8 @@ fn velocity_change(
 ) -> Vec<f64> {
     let mut b = vec![0.0; mechanism.len()];
     mechanism.second_derivative(at.t, at.q, dq, at.v, &mut b);
+    let configuration = Configuration::new(at.t, at.q);
+    mechanism.drift_slope(configuration, &mut Product { v: dq, out: &mut b });
     moved.add_rates(Motion::new(at.t, at.q, at.v), &mut b);
     b
 }
@@ -351,6 +414,7 @@ pub fn opened(
     let mut positions = vec![0.0; m];
     moved.add_values(configuration, &mut positions);
     mechanism.add_rates(at.t, at.q, dq, &mut positions);
+    mechanism.velocity_rows().for_each(|(row, _)| positions[row] = 0.0);
     let mut rates = velocity_change(mechanism, &moved, at, dq);
     mechanism.add_rates(at.t, at.q, dv, &mut rates);
     Ok([positions, rates])
@@ -379,6 +443,7 @@ fn closes(
 ) -> Result<(), (usize, f64)> {
     let mut change = vec![0.0; mechanism.len()];
     mechanism.add_rates(at.t, at.q, dq, &mut change);
+    mechanism.velocity_rows().for_each(|(row, _)| change[row] = 0.0);
     let size = |row: usize| change[row].abs().max(b[row].abs());
     let largest = (0..mechanism.len()).map(size).fold(0.0, f64::max);
     let left = |row: usize| (row, (change[row] - b[row]).abs());

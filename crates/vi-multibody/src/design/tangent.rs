@@ -2,6 +2,8 @@
 
 use super::signals::SignalTangent;
 use crate::builder::ForceElements;
+use crate::constraint::rolling::Rolling;
+use crate::constraint::velocity_constraint::VelocityConstraint;
 use crate::force::spring::Damper;
 use crate::geometry::form::Form;
 use crate::pair::joint::{Joint, Side};
@@ -229,6 +231,12 @@ pub enum ScalarTangent {
     },
     /// Of a prescribed motion: of `θ_ref`.
     Motion(Reference),
+    /// Of what rolls: all of its numbers, each with its derivative.
+    Rolling(Arc<Rolling<Dual64>>),
+    /// Of a blade: of its direction and of its point, with their derivatives.
+    Blade(Box<[Form<Dual64>; 2]>),
+    /// Of another constraint on velocities: its change, which is one by itself.
+    Velocity(Arc<dyn VelocityConstraint>),
 }
 
 impl std::fmt::Debug for ScalarTangent {
@@ -238,6 +246,9 @@ impl std::fmt::Debug for ScalarTangent {
             Self::Guide { .. } => "guide",
             Self::Gear { .. } => "gear",
             Self::Motion(_) => "motion",
+            Self::Rolling(_) => "rolling",
+            Self::Blade(_) => "blade",
+            Self::Velocity(_) => "velocity",
         })
     }
 }

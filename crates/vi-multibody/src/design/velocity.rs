@@ -11,7 +11,10 @@
 //! ```
 //! The second line is the first one differentiated, the others are its transpose along `∂y/∂v̂`;
 //! the last one is the second line differentiated again, along the same. Redundant constraints: `μ`
-//! and `ν` of independent rows; the others follow.
+//! and `ν` of independent rows; the others follow. Of constraints on velocities `A v = b` rows `A`
+//! stand in `G` and `−b` in `g_t`: their `D²g_i` is `∂A_i/∂q`, which is not symmetric and is taken
+//! transposed in `∂y/∂q`, and to the second row comes `+b_q δq`, to `∂y/∂q` `+b_qᵀ ν`; second
+//! derivatives are not known then.
 //!
 //! With `A(q, z)`, the mass that steps `h` add [2.56], `M + A` stands for `M`, to the right side of
 //! the second line comes `−(A v̂)_q δq − (A v̂)_z δz − (A v̂)_θ`, and to `∂y/∂q` comes
@@ -27,7 +30,7 @@ use std::sync::Arc;
 use vi_constraints::Constraints;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
 use vi_core::linear::{Singular, dot};
-use vi_core::sparse::{Entries, Product, SparseMatrix};
+use vi_core::sparse::{Block, Entries, Product, SparseMatrix};
 use vi_core::{Configuration, MechanicalSystem, State};
 
 /// What carries the momentum of a node.
@@ -70,6 +73,16 @@ struct AddedMomentum {
     h: f64,
     by_position: SparseMatrix, // n × n  (A v̂)_q
     by_internal: SparseMatrix, // n × z  (A v̂)_z
+}
+
+/// `out ← out − Eᵀ v` of what is emitted.
+pub(super) fn emit_minus_transposed(
+    v: &[f64],
+    out: &mut [f64],
+    emit: impl FnOnce(&mut dyn Entries),
+) {
+    let into = &mut Product { v, out };
+    emit(&mut Block { into, row: 0, column: 0, scale: -1.0, transposed: true });
 }
 
 /// What a parameter changes of a velocity.
@@ -216,6 +229,7 @@ impl NodeVelocity {
         let mut product = Product { v: dq, out: a };
         mechanism.weighted_hessian(at.t, at.q, mu, -1.0, &mut product);
         mechanism.second_derivative(at.t, at.q, dq, v, b);
+        mechanism.drift_slope(at, &mut Product { v: dq, out: b });
         if let Some(own) = parameter.map(|k| &moved[k]) {
             if let Some(masses) = &own.masses {
                 masses.for_each_momentum(v, |i, momentum| a[i] -= momentum);
@@ -288,8 +302,13 @@ impl NodeVelocity {
         nu.fill(0.0);
         saddle.rows().scatter(&x[n..], nu);
         p.iter_mut().zip(&*w).for_each(|(p, w)| *p += w);
-        mechanism.weighted_hessian(at.t, at.q, mu, -1.0, &mut Product { v: w, out: q });
-        mechanism.weighted_hessian(at.t, at.q, nu, -1.0, &mut Product { v, out: q });
+        for (weights, along) in [(&*mu, &*w), (&*nu, &*v)] {
+            let emit = |out: &mut dyn Entries| {
+                mechanism.weighted_hessian(at.t, at.q, weights, 1.0, out);
+            };
+            emit_minus_transposed(along, q, emit);
+        }
+        emit_minus_transposed(nu, q, |out| mechanism.drift_slope(at, out));
         if let Some(added) = added {
             added.by_position.tr_mul_add(-1.0, w, q);
         }

@@ -2,17 +2,35 @@
 //! constraints.
 
 use super::Mechanism;
+use crate::constraint::scalar_constraint::ScalarRow;
 use crate::pair::residual::{add_rates, residuals};
 use vi_constraints::Constraints;
 use vi_constraints::constraints::RowSums;
 use vi_constraints::null_space::RANK_TOLERANCE;
-use vi_core::interval::Interval;
-use vi_core::newton::Block;
-use vi_core::sparse::Entries;
+use vi_core::discrete_lagrangian::NoStepSlope;
+use vi_core::interval::{Interval, StepChange};
+use vi_core::newton;
+use vi_core::sparse::{Block, Entries};
 use vi_core::{Configuration, Motion};
 use vi_rigid::directors::{self, FRAME};
 
 impl Mechanism {
+    /// `out ← out + scale Σ_i w_i ∂γ_i/∂q`, `γ` of [`Constraints::acceleration_terms`], at fixed `v`;
+    /// what is not known is left out.
+    pub(crate) fn add_acceleration_slopes(
+        &self,
+        at: Motion<'_>,
+        w: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        let first = 6 * self.description.bodies.len();
+        for (row, weight) in self.rows.iter().zip(&w[first..]).filter(|(_, weight)| **weight != 0.0)
+        {
+            row.add_acceleration_slope(at, scale * weight, out);
+        }
+    }
+
     /// `out ← out + scale Σ_i w_i D³g_i(q)[x, y]`: products of linear forms have none, threads,
     /// gears and prescribed motions have; those of rolling are left out.
     pub(crate) fn add_weighted_thirds(
@@ -72,7 +90,7 @@ impl Constraints for Mechanism {
         }
     }
 
-    fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
+    fn raise_floors(&self, q: &[f64], blocks: &mut [newton::Block]) {
         self.round_off.raise_floors(q, blocks);
     }
 
@@ -83,6 +101,46 @@ impl Constraints for Mechanism {
         }
         for (i, row) in self.rows.iter().enumerate() {
             row.emit(q, 6 * bodies + i, out);
+        }
+    }
+
+    fn step_jacobian(&self, s: &Interval, out: &mut dyn Entries) {
+        let bodies = self.description.bodies.len();
+        for k in 0..bodies {
+            directors::internal_jacobian(&s.q1[12 * k..12 * k + 12], 6 * k, 12 * k, out);
+        }
+        for (i, row) in self.rows.iter().enumerate() {
+            row.emit_of_step(s, 6 * bodies + i, out);
+        }
+    }
+
+    fn velocity_step_jacobian(&self, s: &Interval, out: &mut dyn Entries) {
+        self.velocity_rows().for_each(|(i, row)| row.emit_of_step(s, i, out));
+    }
+
+    fn add_step_change(
+        &self,
+        s: &Interval,
+        change: StepChange,
+        out: &mut [f64],
+    ) -> Result<(), NoStepSlope> {
+        let refused = |what: &str| Err(NoStepSlope { what: what.into() });
+        if self.rows.iter().any(ScalarRow::is_rheonomic) {
+            return refused("a prescribed motion");
+        }
+        for (i, row) in self.velocity_rows() {
+            match row.step_change(s, change) {
+                Some(own) => out[i] += own,
+                None => return refused("a constraint on velocities that reads the time"),
+            }
+        }
+        Ok(())
+    }
+
+    fn drift_slope(&self, at: Configuration<'_>, out: &mut dyn Entries) {
+        for (i, row) in self.velocity_rows().filter(|(_, row)| row.is_driven()) {
+            let (into, column, scale, transposed) = (&mut *out, 0, 1.0, false);
+            row.emit_drift_slope(at, &mut Block { into, row: i, column, scale, transposed });
         }
     }
 

@@ -116,6 +116,45 @@ fn derivatives_are_those_of_differences() {
     assert!(off.iter().all(|off| *off < 1e-9), "{off:?}");
 }
 
+/// The derivative of `h A_d` by the start is minus that of the step backwards, and `γ_q` that of
+/// `γ = DA[v] v − ḃ`, both those of differences.
+#[test]
+fn derivatives_by_the_start_and_of_accelerations_are_those_of_differences() {
+    let mut sample = Sample::new(17);
+    let mut off = [0.0_f64; 2];
+    for constraint in examples() {
+        for row in &constraint.rows {
+            let start = frame(&mut sample);
+            let (step, twist): ([f64; 6], [f64; 6]) = (sample.array(), sample.array());
+            let end = moved(&start, &step, 0.7);
+            if row.is_of_velocities() {
+                let s = Interval::between(0.3, 0.05, &start, &end);
+                let mut back = Interval::new(start.len());
+                back.reverse(&s);
+                let exact = -along(&twist, |visit| row.for_each_wrench_of_step(&back, visit));
+                let gap = |e: f64| {
+                    row.gap(&Interval::between(0.3, 0.05, &moved(&start, &twist, e), &end))
+                };
+                off[0] = off[0].max((exact - derivative(gap)).abs());
+            }
+            let t = |i: usize| Vector3::new(step[i], step[i + 1], step[i + 2]);
+            let v = directors::spin_velocity(&start, &t(0), &t(3)).to_vec();
+            let w: Vec<f64> = (0..FRAME).map(|_| sample.number()).collect();
+            let shifted =
+                |e: f64| -> Vec<f64> { start.iter().zip(&w).map(|(q, w)| q + e * w).collect() };
+            let terms = |e: f64| {
+                let q = shifted(e);
+                row.second(&q, &v, &v) + row.drift_change(Motion::new(0.0, &q, &v))
+            };
+            let mut slope = vec![0.0; FRAME];
+            assert!(row.add_acceleration_slope(Motion::new(0.0, &start, &v), 1.0, &mut slope));
+            off[1] = off[1].max((dot(&slope, &w) - derivative(terms)).abs());
+        }
+    }
+    println!("differences by the start, of accelerations: {off:?}");
+    assert!(off.iter().all(|off| *off < 1e-8), "{off:?}");
+}
+
 /// `A_d(q, q'; h) = A_d(q', q; −h)`, and `A_d = A Δq/h − b` at the midpoint to second order.
 #[test]
 fn the_step_is_symmetric_and_of_second_order() {

@@ -11,10 +11,11 @@
 
 use super::evaluation::Reading;
 use super::input::Input;
+use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::velocity_constraint::{Pace, VelocityConstraint, WrenchVisitor};
 use crate::pair::Twist;
 use nalgebra::Vector3;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, StepChange};
 use vi_core::sparse::Entries;
 use vi_core::{Configuration, Motion};
 
@@ -157,6 +158,23 @@ impl VelocityConstraint for LawOfRates {
             let changes = self.paces.iter().zip(efforts);
             let sum: f64 = changes.map(|(pace, factor)| factor * pace.change(s)).sum();
             sum - s.h * efforts[self.rate_row()]
+        })
+    }
+
+    fn reads(&self, meant: &dyn Fn(&JointCoordinate) -> bool) -> bool {
+        let pace = |own: &Pace| matches!(own, Pace::Joint(own) if meant(own));
+        let input = |own: &Input| matches!(own, Input::Coordinate(own) if meant(own));
+        self.paces.iter().any(pace) || self.reading.inputs.iter().any(input)
+    }
+
+    /// A value that reads the time would change the velocities of the nodes as well.
+    fn step_change(&self, s: &Interval, change: StepChange) -> Option<f64> {
+        let row = self.rate_row();
+        self.reading.with_slopes_in_step(s, |work| {
+            let inputs = self.reading.inputs.iter().enumerate();
+            let mut times = inputs.filter(|(_, input)| matches!(input, Input::Time));
+            let reads = times.any(|(j, _)| (0..=row).any(|k| work.slope(k, j) != 0.0));
+            (!reads).then(|| -change.length * work.efforts()[row])
         })
     }
 
