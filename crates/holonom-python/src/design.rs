@@ -76,7 +76,7 @@ fn numbers(py: Python<'_>, model: &Model, names: Vec<String>) -> PyResult<Vec<(S
 
 /// Independent coordinates of joints at the start: joint, which of its coordinates, value, rate.
 #[pyfunction]
-fn initial(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, usize, f64, f64)>> {
+fn initial(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, usize, f64, Option<f64>)>> {
     initial_values(&model.model).map_err(|error| model.refused(py, &error))
 }
 

@@ -41,7 +41,7 @@ class Gradient:
         no derivative. ``True``: all parameters on which something depends.
     controls : whether the values of each ``[[control]]`` follow, N or N·m.
     initial : whether the coordinates (m, rad) of independent joints at the start follow, then their
-        rates (m/s, rad/s).
+        rates (m/s, rad/s), without those that follow from others by constraints on velocities.
     step : whether the length of all steps comes last, s, at a fixed number of them and fixed values
         of controls.
 
@@ -86,7 +86,9 @@ class Gradient:
         known = dict(_core.numbers(core, named)) if named or parameters is True else {}
         self._parameters = list(known)
         self._steps = 0
-        self._joints = [own[:2] for own in _core.initial(core)] if initial else []
+        stated = _core.initial(core) if initial else []
+        self._joints = [own[:2] for own in stated]
+        self._rated = [own[:2] for own in stated if own[3] is not None]
         names, values = list(known), list(known.values())
         self._controls: list[tuple[str, int]] = []
         found: dict[str, Any] = {}
@@ -99,10 +101,10 @@ class Gradient:
                 names += [f"{name}[{k}]" for k in range(count)]
                 values += [0.0] * count
         if initial:
-            stated = _core.initial(core)
-            names += [f"{joint}.coordinate.{k}" for joint, k, _, _ in stated]
-            names += [f"{joint}.rate.{k}" for joint, k, _, _ in stated]
-            values += [own[2] for own in stated] + [own[3] for own in stated]
+            names += [f"{joint}.coordinate.{k}" for joint, k in self._joints]
+            names += [f"{joint}.rate.{k}" for joint, k in self._rated]
+            values += [own[2] for own in stated]
+            values += [own[3] for own in stated if own[3] is not None]
         if step:
             self._steps = int(found["steps"])
             names.append("step")
@@ -172,7 +174,7 @@ class Gradient:
             rest = rest[length:]
         half = len(self._joints)
         coordinates = [(*joint, value) for joint, value in zip(self._joints, rest[:half], strict=True)]
-        rates = [(*joint, value) for joint, value in zip(self._joints, rest[half:], strict=True)]
+        rates = [(*joint, value) for joint, value in zip(self._rated, rest[half:], strict=True)]
         place = self._place(self._of, controls, coordinates, rates)
         found, text = interruptible(lambda _: _core.gradient(model._core, place))
         self.last = Answer(found, text)
@@ -180,8 +182,8 @@ class Gradient:
         for one in found["controls"]:
             slope += one["derivatives"]
         starts = {(one["name"], one["freedom"]): one for one in found["initial"]}
-        for key in ("coordinate", "rate"):
-            slope += [starts[joint][key] for joint in self._joints]
+        slope += [starts[joint]["coordinate"] for joint in self._joints]
+        slope += [starts[joint]["rate"] for joint in self._rated]
         if self._steps:
             slope.append(found["by_step"])
         if found["meaningless_from"] is not None:
