@@ -561,6 +561,9 @@ fn stay_redundant(
     (begin, changes): (&Begin, &[StartTangent]),
     tangents: &[ModelTangent],
 ) -> Result<(), GradientFailure> {
+    if !model.has_velocity_constraints() {
+        return Ok(()); // equilibria have none
+    }
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let mechanism = &prepared.system.mechanism;
     let left_out = |row: usize| begin.rows().redundant().any(|own| own == row);

@@ -184,6 +184,10 @@ fn refuse(model: &Model, count: usize, steps: usize) -> Result<(), IdentifyError
         let help = "write segments = 1, or drive the joint by a motor that follows the path";
         return Err(refused(KEY, what, help).into());
     }
+    if model.has_velocity_constraints() {
+        let what = "segments of a run with constraints on velocities, whose rates are not all free";
+        return Err(refused(KEY, what, "write segments = 1").into());
+    }
     Ok(())
 }
 

@@ -217,6 +217,12 @@ fn what_has_no_segments_is_refused_by_its_key() {
             "[[body]]\nname = \"free\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n[[load]]",
             "something that moves has no joint",
         ),
+        (
+            SPRING,
+            "[[load]]",
+            "[[constraint]]\nname = \"pace\"\ntype = \"velocity\"\nvalue = \"1.5\"\nterms = [{ joint = \"slide\" }]\n[[load]]",
+            "whose rates are not all free",
+        ),
     ];
     for (text, from, to, what) in cases {
         let changed = text.replace(from, to);

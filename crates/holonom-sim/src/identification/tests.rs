@@ -250,6 +250,65 @@ sigma = 0.002
 parameters = { stiffness = { start = 14.0 }, length = { start = 0.72 }, g = { start = 9.5 }, throw = { start = 1.7 } }
 "#;
 
+/// A wheel on a tilted plane that turns; its velocities are projected.
+const WHEEL: &str = r#"
+[model]
+name = "wheel"
+gravity = [0.0, 0.0, -9.81]
+[simulation]
+step = 0.01
+end = 0.6
+project_start = true
+[parameters]
+tilt = 0.1
+turns = 0.8
+radius = 0.3
+fast = 4.0
+side = "= cos(tilt)*sin(0.2)"
+high = "= radius*sqrt(1 - side^2)"
+[[body]]
+name = "wheel"
+mass = 1.3
+inertia = [0.03, 0.055, 0.035]
+position = ["= high*sin(tilt)", 0.4, "= high*cos(tilt)"]
+velocity = ["= radius*fast", 0.1, 0.0]
+angular_velocity = [0.2, "= fast", 0.3]
+[[constraint]]
+name = "table"
+type = "rolling"
+body = "wheel"
+axis = [0.0, "= cos(0.2)", "= sin(0.2)"]
+radius = "= radius"
+plane = { normal = ["= sin(tilt)", 0.0, "= cos(tilt)"], spin = "= turns" }
+[[sensor]]
+name = "place"
+type = "position"
+of = "wheel"
+point = [0.1, 0.0, 0.05]
+[[sensor]]
+name = "turn"
+type = "angular_velocity"
+of = "wheel"
+[[sensor]]
+name = "carried"
+type = "reaction"
+of = "table"
+[[measurement]]
+sensor = "place.x"
+sigma = 0.002
+[[measurement]]
+sensor = "place.z"
+sigma = 0.002
+[[measurement]]
+sensor = "turn.y"
+sigma = 0.05
+[[measurement]]
+sensor = "carried.fy"
+sigma = 0.1
+[identify]
+parameters = { tilt = { start = 0.12 }, turns = { start = 0.7 }, radius = { start = 0.31 }, fast = { start = 3.8 } }
+"#;
+
 /// The same with rate gyros on the box, and the tension of the spring as an expression.
 fn with_gyros() -> String {
     let measured =
@@ -359,7 +418,7 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
     let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
     let others = others.iter().map(String::as_str);
-    for text in [ARM, LINKAGE, FLYING, &arm, &linkage].into_iter().chain(others) {
+    for text in [ARM, LINKAGE, FLYING, WHEEL, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
         let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
@@ -380,7 +439,7 @@ fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
     let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
     let others = others.iter().map(String::as_str);
-    for text in [ARM, LINKAGE, FLYING, &arm, &linkage].into_iter().chain(others) {
+    for text in [ARM, LINKAGE, FLYING, WHEEL, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
         let mut data = exact(&model);
         for (k, column) in data.iter_mut().enumerate() {
