@@ -322,8 +322,8 @@ impl Interval {
         self.close();
     }
 
-    /// Becomes a step backwards in time, from the end of another one of the same shape to its start;
-    /// allocates nothing.
+    /// Becomes a step backwards in time, from the end of another one of the same shape to its
+    /// start; allocates nothing.
     pub fn reverse(&mut self, other: &Self) {
         (self.t, self.h, self.t_rounding) = (other.t_end(), -other.h, 0.0);
         self.q0.copy_from_slice(&other.q1);

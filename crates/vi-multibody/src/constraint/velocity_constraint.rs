@@ -52,8 +52,8 @@ pub trait VelocityConstraint: Send + Sync {
     fn residual(&self, s: &Interval) -> f64;
     /// The derivative of `h A_d` by the end of the step, as wrenches.
     fn for_each_wrench_of_step(&self, s: &Interval, visit: &mut WrenchVisitor<'_>);
-    /// `out ← out + scale ∂/∂q` of `DA(q)[v] v − ḃ`, at fixed `v`, shape `n`; `false` where it is not
-    /// known.
+    /// `out ← out + scale ∂/∂q` of `DA(q)[v] v − ḃ`, at fixed `v`, shape `n`; `false` where it is
+    /// not known.
     fn add_acceleration_slope(&self, _at: Motion<'_>, _scale: f64, _out: &mut [f64]) -> bool {
         false
     }

@@ -306,8 +306,8 @@ impl MovedRows {
         self.0.iter().for_each(|(row, moved)| rows[*row] += moved.value(at));
     }
 
-    /// `rows += G_θ a + γ_θ`, `γ` of [`vi_constraints::Constraints::acceleration_terms`]; those along
-    /// angles have none.
+    /// `rows += G_θ a + γ_θ`, `γ` of [`vi_constraints::Constraints::acceleration_terms`]; those
+    /// along angles have none.
     pub(super) fn add_accelerations(
         &self,
         at: Configuration<'_>,

@@ -5,8 +5,9 @@
 //! [G; ∇x] δq = (−g_θ, δz − x_θ)
 //! [G; ∇x] δv = (−D²g[δq, v] − G_θ v − g_tθ, δż − D²x[δq, v] − (∇x)_θ v)        δp̄ = M δv + M_θ v
 //! ```
-//! Constraints on velocities `A v = b` stand in the second pair alone, `−D A[δq] v + b_q δq − A_θ v +
-//! b_θ` on the right, beside as many rates fewer: the first ones that are independent with them.
+//! Constraints on velocities `A v = b` stand in the second pair alone, on the right
+//! `−D A[δq] v + b_q δq − A_θ v + b_θ`, beside as many rates fewer: the first ones that are
+//! independent with them.
 //! `x`: independent joint coordinates, of the tree, or of a closed loop those that are given; the
 //! others follow. The same equations on trees and on closed loops. Where constraints are redundant
 //! the independent rows are solved and the others checked: one that is left over says that no

@@ -15,8 +15,8 @@ use vi_core::{Configuration, Motion};
 use vi_rigid::directors::{self, FRAME};
 
 impl Mechanism {
-    /// `out ← out + scale Σ_i w_i ∂γ_i/∂q`, `γ` of [`Constraints::acceleration_terms`], at fixed `v`;
-    /// what is not known is left out.
+    /// `out ← out + scale Σ_i w_i ∂γ_i/∂q`, `γ` of [`Constraints::acceleration_terms`], at fixed
+    /// `v`; what is not known is left out.
     pub(crate) fn add_acceleration_slopes(
         &self,
         at: Motion<'_>,
