@@ -457,7 +457,9 @@ fn sweep(
         );
         return Err(refused(&key_of(&own.name), what, LEAVE_OUT).into());
     }
-    stay_redundant(model, &wanted, (&begin, &changes), &tangents)?;
+    if prepared.system.mechanism.velocity_rows().next().is_some() {
+        stay_redundant(model, &wanted, (&begin, &changes), &tangents)?;
+    }
     Ok(Swept { gradient, model: own, wanted, begin, starts, changes })
 }
 
