@@ -341,7 +341,7 @@ pub(super) fn both(
 }
 
 /// `V` and `dV/dθ` for some values of the free parameters.
-#[cfg(test)]
+#[cfg(all(test, feature = "pounce"))]
 pub(super) fn least_cost(
     text: &ModelText,
     (settings, theta): (&Optimize, &[f64]),
