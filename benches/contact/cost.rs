@@ -4,13 +4,14 @@
 //! Rows: chains of 1 and 8 links with stops out of reach beside the same without; with a spring
 //! that presses the last link on its stop beside the same without the stop. Then beds of spheres in
 //! five layers with friction 0.3: time of a step and contact when they lie, and the exponent over
-//! the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125.
+//! the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125, `-- silo N1 N2 ...`
+//! for layers of 5 × 5 spheres.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench
 
 #[path = "../../crates/vi-multibody/tests/bed.rs"]
 mod bed;
 
-use bed::{LAYERS, bed};
+use bed::{LAYERS, bed, silo};
 use holonom::vi_constraints::nonsmooth::{Method, NonsmoothOptions};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::Quadrature;
@@ -70,10 +71,11 @@ fn least(make: &[&dyn Fn() -> MechanismIntegrator], rounds: usize) -> Vec<f64> {
     best
 }
 
-/// So many spheres that settle.
-fn settling(count: usize) -> MechanismIntegrator {
+/// So many spheres that settle, in five layers or in layers of 5 × 5.
+fn settling(count: usize, is_silo: bool) -> MechanismIntegrator {
     let side = ((count / LAYERS) as f64).sqrt().round() as usize;
-    begin(&bed(side), 0.005, Method::Stepping)
+    let builder = if is_silo { silo(5, count / 25) } else { bed(side) };
+    begin(&builder, 0.005, Method::Stepping)
 }
 
 fn main() {
@@ -98,9 +100,10 @@ fn main() {
         true => &[45],
         false => &[125, 1125, 10125],
     };
+    let is_silo = std::env::args().any(|a| a == "silo");
     let mut costs = Vec::new();
     for &count in sizes {
-        let mut run = settling(count);
+        let mut run = settling(count, is_silo);
         let (mut spent, mut counted, mut worst) = (0.0, 0, 0.0_f64);
         let (fall, lie) = if quick { (20, 5) } else { (160, 20) };
         for step in 0..fall + lie {

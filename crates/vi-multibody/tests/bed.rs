@@ -12,6 +12,11 @@ const PITCH: f64 = 0.108;
 
 /// `side × side` columns of spheres that are not straight, in a box without a lid.
 pub(crate) fn bed(side: usize) -> MechanismBuilder {
+    silo(side, LAYERS)
+}
+
+/// The same with another number of layers.
+pub(crate) fn silo(side: usize, layers: usize) -> MechanismBuilder {
     let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
     let mut seed = 12345_u64;
     let mut random = || {
@@ -29,7 +34,7 @@ pub(crate) fn bed(side: usize) -> MechanismBuilder {
         wall([width, 0.0, 0.0], [-1.0, 0.0, 0.0]),
         wall([0.0, width, 0.0], [0.0, -1.0, 0.0]),
     ];
-    for k in 0..side * side * LAYERS {
+    for k in 0..side * side * layers {
         let place = [k % side, k / side % side, k / (side * side)];
         let at = place.map(|i| PITCH * (i as f64 + 0.5) + 0.006 * random());
         let inertia = Inertia::principal(1.0, [0.4 * RADIUS * RADIUS; 3]);
