@@ -37,6 +37,7 @@ mod program {
     mod events;
     mod exit_codes;
     mod foreign_files;
+    mod gradients;
     mod guide;
     mod identify;
     pub(crate) mod interrupted;

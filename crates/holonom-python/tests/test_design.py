@@ -332,3 +332,44 @@ def test_controls_need_their_method() -> None:
 
 
 ARM_MODEL = hn.Model.from_toml(ARM)
+
+
+def test_numbers_of_beams_are_named_by_their_keys() -> None:
+    text = """
+model = { name = "mast", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.01, end = 0.2 }
+
+[[beam]]
+name = "mast"
+points = [[0.0, 0.0, 0.0], [0.9, 0.0, 0.2]]
+normal = [0.0, 1.0, 0.0]
+elements = 3
+section.shape = { type = "rectangle", dimensions = [0.02, 0.03] }
+section.material = { density = 2700.0, E = 7e9, nu = 0.3 }
+
+[[joint]]
+name = "clamp"
+type = "fixed"
+parent = "ground"
+child = "mast.start"
+position = [0.0, 0.0, 0.0]
+
+[[sensor]]
+name = "tip"
+type = "position"
+of = "mast.end"
+
+[[objective]]
+name = "low"
+type = "value"
+sensor = "tip.z"
+"""
+    keys = ["beam.mast.points.1.2", "beam.mast.section.shape.dimensions.1"]
+    objective = hn.Gradient(hn.Model.from_toml(text), parameters=keys)
+    assert objective.names == keys and np.array_equal(objective.start, [0.2, 0.03])
+    x = objective.start * [1.1, 0.9]
+    value, slope = objective(x)
+    wanted = differences(objective, x)
+    print(value, slope, wanted)
+    assert np.all(np.abs(wanted) > 1e-6)
+    np.testing.assert_allclose(slope, wanted, rtol=1e-6)
