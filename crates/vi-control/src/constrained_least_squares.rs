@@ -3,8 +3,9 @@
 //! ```text
 //! minimise ½ ρ(θ)ᵀρ(θ) + κᵀy(θ)   over  θ_min ≤ θ ≤ θ_max,   l ≤ c(θ) ≤ u
 //! s = c + λ/w,   v = s − clamp(s, l, u)        minimise f = ½ ρᵀρ + κᵀy + ½ Σ w v²;   then λ ← w v
-//! (JᵀJ + S + μ I) δz = −∇f                     z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z,  ∇f = Jᵀr + Yᵀκ
-//! S δz = (J⁺ − J)ᵀ r⁺ + (Y⁺ − Y)ᵀ κ            what JᵀJ lacks of the Hessian, by its last change;  Y = ∂y/∂z
+//! (JᵀJ + S + μ I) δz = −∇f                     z = θ/scale,  r = (ρ, √w v),  J = ∂r/∂z
+//! ∇f = Jᵀr + Yᵀκ                               Y = ∂y/∂z
+//! S δz = (J⁺ − J)ᵀ r⁺ + (Y⁺ − Y)ᵀ κ            what JᵀJ lacks of the Hessian, by its last change
 //! ```
 //! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell,
 //! Hestenes, Rockafellar). A weight grows where its violation does not fall to a quarter. At the

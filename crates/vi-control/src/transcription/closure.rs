@@ -6,8 +6,6 @@
 //!                         r_n ∋ −hλ_n f_j e_j, no second derivative
 //! ```
 
-use super::Transcription;
-use super::point::Point;
 use super::problem::{ProblemError, Uncovered};
 use vi_multibody::Mechanism;
 use vi_multibody::form::Row;
@@ -85,7 +83,7 @@ impl Closure {
 impl Along {
     /// `Σ f_j x_j − c(t)` where the unknowns have changed by so much since the start, at which it
     /// is zero.
-    fn value(&self, t: f64, traveled: impl Fn(usize) -> f64) -> f64 {
+    pub(super) fn value(&self, t: f64, traveled: impl Fn(usize) -> f64) -> f64 {
         let moved: f64 = self.factors.iter().map(|(j, factor)| factor * traveled(*j)).sum();
         let followed = self.reference.as_ref().map_or(0.0, |(own, from)| own(t)[0] - own(*from)[0]);
         moved - followed
@@ -96,31 +94,5 @@ impl Along {
         let mut slope = vec![0.0; d];
         self.factors.iter().for_each(|(j, factor)| slope[*j] += factor);
         slope
-    }
-}
-
-impl Transcription {
-    /// The value of a closure at a node.
-    pub(super) fn closure_value(&self, point: &Point, n: usize, own: &Closure) -> f64 {
-        match own {
-            Closure::Product(row) => row.value(&point.nodes[n].placed.q),
-            Closure::Along(own) => {
-                own.value(point.configuration(n).t, |j| self.traveled(&point.x, n, j))
-            }
-        }
-    }
-
-    /// Its derivatives by `ξ_n`, shape `d`.
-    pub(super) fn closure_slope(&self, point: &Point, n: usize, own: &Closure) -> Vec<f64> {
-        match own {
-            Closure::Product(row) => self.slope_along(point, n, row),
-            Closure::Along(own) => own.slope(self.chart.dof()),
-        }
-    }
-
-    /// The closures whose impulses act at node `n`.
-    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Closure> {
-        let acts = n < self.division.last() || self.acts_at_end();
-        self.closures.iter().filter(move |_| acts)
     }
 }

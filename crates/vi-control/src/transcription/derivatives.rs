@@ -19,6 +19,7 @@
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
+use super::closure::Closure;
 use super::piece::{Along, Effect, Kind, Parts, Piece};
 use super::point::{Node, Point};
 use super::problem::{CostKind, Quantity};
@@ -91,6 +92,14 @@ impl Transcription {
             slope.iter_mut().enumerate().for_each(|(k, s)| *s += g * node.columns[(i, k)]);
         });
         slope
+    }
+
+    /// The derivatives of a closure by `ξ_n`, shape `d`.
+    fn closure_slope(&self, point: &Point, n: usize, own: &Closure) -> Vec<f64> {
+        match own {
+            Closure::Product(row) => self.slope_along(point, n, row),
+            Closure::Along(own) => own.slope(self.chart.dof()),
+        }
     }
 
     /// Emits `J`.

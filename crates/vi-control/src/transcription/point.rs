@@ -148,6 +148,22 @@ impl Transcription {
         Ok(Point { x, h, nodes, pieces, angles, times })
     }
 
+    /// The closures whose impulses act at node `n`.
+    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Closure> {
+        let acts = n < self.division.last() || self.acts_at_end();
+        self.closures.iter().filter(move |_| acts)
+    }
+
+    /// The value of a closure at a node.
+    pub(super) fn closure_value(&self, point: &Point, n: usize, own: &Closure) -> f64 {
+        match own {
+            Closure::Product(row) => row.value(&point.nodes[n].placed.q),
+            Closure::Along(own) => {
+                own.value(point.configuration(n).t, |j| self.traveled(&point.x, n, j))
+            }
+        }
+    }
+
     /// The wrench that a control is, of the value 1.
     pub(super) fn wrench(&self, control: usize) -> Option<&Load> {
         match &self.problem.controls[control].acts {
