@@ -9,8 +9,8 @@
 //! ```
 //! The conditions enter the sum of squares with a weight `w` and a multiplier `λ` (Powell,
 //! Hestenes, Rockafellar). A weight grows where its violation does not fall to a quarter. At the
-//! end `∂(½ρᵀρ + κᵀy)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by `−λ` with
-//! the bound of a condition that is active.
+//! end `∂(½ρᵀρ + κᵀy)/∂θ + λ ∂c/∂θ = 0` for parameters within their bounds: the cost changes by
+//! `−λ` with the bound of a condition that is active.
 //!
 //! Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed. (2006), chapter 17; J. E.
 //! Dennis, D. M. Gay, R. E. Welsch, ACM Trans. Math. Softw. 7 (1981) 348–368 for `S`.
