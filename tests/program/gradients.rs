@@ -65,5 +65,5 @@ fn numbers_of_beams_are_named_by_their_keys() {
 #[test]
 fn numbers_of_what_rolls_are_named() {
     let keys = ["r", "lean", "spin"];
-    compare("disc", DISC, "carried.z", &keys, &["--set=simulation.end=0.3"]);
+    compare("disc", DISC, "carried.fz", &keys, &["--set=simulation.end=0.3"]);
 }
