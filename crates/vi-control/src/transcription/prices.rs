@@ -95,9 +95,7 @@ impl Transcription {
         narrowest.map(|held| held.map(|own| own.0))
     }
 
-    /// `M P(q_N) η` with the multipliers `η` of rest: what is at rest, as momenta of velocities of
-    /// the last node, shape `n`; `None` where nothing is asked for. With `η` alone where it is
-    /// asked for of some unknowns.
+    /// What rest at the end costs, by its multipliers.
     ///
     /// # Errors
     /// [`Undefined`].
