@@ -255,8 +255,7 @@ impl Point {
                 steepness[j] += weight * std::mem::take(&mut J[(i, j)]);
             }
         }
-        let squares = DVector::from_fn(z.len(), |j, _| dot(column(&J, j), &r));
-        let gradient = if own.values.is_empty() { squares } else { squares + &steepness };
+        let gradient = DVector::from_fn(z.len(), |j, _| dot(column(&J, j), &r) + steepness[j]);
         let finite = value.is_finite()
             && r.iter().chain(J.iter()).chain(steepness.iter()).all(|x| x.is_finite());
         let (raw, size) = (own.raw.clone(), own.size);

@@ -10,14 +10,14 @@
 use super::control::{Searched, search};
 use super::design::{free, parameters_found};
 use super::found::{Found, OptimizeFailure, StartFound, Status, Step, Watch};
-use super::verdict::{report, status};
+use super::node::take_times;
+use super::verdict::{is_distance, report, status, with_sensors};
 use crate::design::refused;
 use crate::gradient::trial::{From, ModelTrials};
 use crate::gradient::{GradientFailure, Prices, Wanted, priced};
-use crate::system::outside::JointStart;
 use holonom_model::{
-    Condition, ConditionKind, ControlShape, CountedAt, Model, ModelError, ModelText, Objective,
-    ObjectiveKind, Optimize, Override, ParameterTangent, SensorKind,
+    ControlShape, CountedAt, Model, ModelError, ModelText, Objective, ObjectiveKind, Optimize,
+    Override, ParameterTangent,
 };
 use nalgebra::DMatrix;
 use vi_control::constrained_least_squares::{Conditions, DesignOutcome, minimise};
@@ -124,21 +124,17 @@ impl<'a> LeastCost<'a> {
         let overrides = self.trials.overrides(theta);
         let names = &self.trials.parameters;
         let (mut counted, prices) = with_prices(model, found);
-        counted.settings.step = found.motion.step;
-        counted.settings.end = found.motion.step * found.motion.controls.len() as f64;
+        take_times(&mut counted, &found.motion);
         for own in &mut counted.controls {
             (own.shape, own.hold) = (ControlShape::Constant, 1);
         }
         let values = |k: usize| found.motion.controls.iter().map(|row| row[k]).collect();
         let wanted = Wanted {
-            of: Vec::new(),
-            parameters: true,
             only: names.clone(),
             controls: false,
             initial: false,
-            step: false,
             values: (0..model.controls.len()).map(values).collect(),
-            start: JointStart::default(),
+            ..Wanted::everything()
         };
         let by_motion = priced((self.trials.text, &overrides, &counted), &wanted, &prices)?;
         let known = self.trials.text.tangents_of(&overrides, names)?;
@@ -189,18 +185,6 @@ impl Residuals for LeastCost<'_> {
 fn turns_within(found: &Optimum) -> bool {
     let largest = found.multipliers.rows.iter().fold(0.0_f64, |most, own| most.max(own.abs()));
     found.turns.iter().any(|own| own.node.is_none() && own.multiplier.abs() > 1e-9 * largest)
-}
-
-/// Whether a condition is on a distance: its multiplier is that of half the square.
-fn is_distance(model: &Model, own: &Condition) -> bool {
-    let name = own.sensor.as_deref().unwrap_or_default();
-    let of = |sensor: &&holonom_model::Sensor| sensor.name == name;
-    model.sensors.iter().find(of).is_some_and(|own| own.kind == SensorKind::Distance)
-}
-
-/// The conditions of sensors, in their order.
-fn with_sensors(model: &Model) -> impl Iterator<Item = &Condition> {
-    model.conditions.iter().filter(|own| own.kind == ConditionKind::Sensor)
 }
 
 /// A model with its conditions as objectives, and what these count.

@@ -2,22 +2,13 @@
 #![cfg(feature = "pounce")]
 
 use super::beside::least_cost;
-use super::{Found, OptimizeFailure, Progress, Status, Watch, optimize};
+use super::control_tests::{found_with as found, watch};
+use super::{Progress, Status, Watch, optimize};
 use holonom_model::{ModelText, Override};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
 use vi_control::Pounce;
-
-fn watch() -> Watch {
-    Rc::new(RefCell::new(|_: &Progress| true))
-}
-
-fn found(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
-    let text = ModelText::from_text(Path::new("model.toml"), text);
-    let model = text.model(overrides)?;
-    optimize(&text, overrides, &model, Some(&mut Pounce::default()), &watch())
-}
 
 /// The derivatives of the least cost by the free parameters of a model are the differences of the
 /// least costs of models without free parameters, found apart. `fixed`: `[optimize]` of these.

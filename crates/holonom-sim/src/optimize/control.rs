@@ -4,7 +4,7 @@
 //! beginnings of a search and its runs.
 
 use super::found::{Found, OptimizeFailure, Progress, SEED, StartFound, Step, Watch};
-use super::node::begins;
+use super::node::{begins, take_times};
 use super::reader::{Reader, supported};
 use super::verdict::{report, status};
 use crate::design::refused;
@@ -198,8 +198,7 @@ impl<'a> ModelSetting<'a> {
 
     fn run(&self, motion: &Motion) -> Result<(Simulation, Vec<HeldEffort>), ModelError> {
         let mut model = self.model.clone();
-        model.settings.step = motion.step;
-        model.settings.end = motion.step * motion.controls.len() as f64;
+        take_times(&mut model, motion);
         let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let efforts = inputs.iter().map(Input::effort).collect();
         let outside = Outside::of_inputs(&inputs);

@@ -5,17 +5,24 @@ use super::{Found, OptimizeFailure, Progress, Status, Watch, optimize};
 use crate::simulation::Simulation;
 use crate::system::input::Input;
 use crate::system::outside::Outside;
-use holonom_model::{Model, ModelText};
+use holonom_model::{Model, ModelText, Override};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
 use vi_control::Pounce;
 
-fn found(text: &str) -> Result<Found, OptimizeFailure> {
+pub(super) fn watch() -> Watch {
+    Rc::new(RefCell::new(|_: &Progress| true))
+}
+
+pub(super) fn found_with(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
-    let model = text.model(&[])?;
-    let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
-    optimize(&text, &[], &model, Some(&mut Pounce::default()), &watch)
+    let model = text.model(overrides)?;
+    optimize(&text, overrides, &model, Some(&mut Pounce::default()), &watch())
+}
+
+fn found(text: &str) -> Result<Found, OptimizeFailure> {
+    found_with(text, &[])
 }
 
 const PENDULUM: &str = r#"

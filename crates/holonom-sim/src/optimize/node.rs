@@ -5,9 +5,16 @@
 
 use crate::design::refused;
 use holonom_model::{FreeTime, Model, ModelError};
+use vi_control::transcription::Motion;
 
 /// By how much a time may differ from that of a node, in steps.
 const ON_NODE: f64 = 1e-6;
+
+/// Gives a model the step and the end of a motion that was found.
+pub(super) fn take_times(model: &mut Model, motion: &Motion) {
+    model.settings.step = motion.step;
+    model.settings.end = motion.step * motion.controls.len() as f64;
+}
 
 /// The node at the time `t` (s) of a condition.
 ///

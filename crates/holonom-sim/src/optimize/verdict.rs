@@ -4,10 +4,11 @@ use super::found::{
     ConditionMet, ControlFound, Found, Judged, OptimumReport, Refinement, Replayed, StartFound,
     Status, Step, plain,
 };
+use super::node::take_times;
 use crate::gradient::TermValue;
 use holonom_model::{
     Condition as Stated, ConditionKind, Control, Formula, History, Interpolation, Joint,
-    JointMotor, Law, Load, Model, MotionPath, Outside, Table,
+    JointMotor, Law, Load, Model, MotionPath, Outside, SensorKind, Table,
 };
 use vi_control::optimum::{Optimum, Verdict};
 use vi_control::program::Outcome;
@@ -18,8 +19,7 @@ use vi_control::transcription::Motion;
 /// run.
 fn moved(model: &Model, motion: &Motion) -> Model {
     let mut own = model.clone();
-    own.settings.step = motion.step;
-    own.settings.end = motion.step * motion.controls.len() as f64;
+    take_times(&mut own, motion);
     for (k, control) in model.controls.iter().enumerate() {
         let values = motion.controls.iter().map(|row| row[k]).collect();
         let history = History::Steps { values, step: Some(motion.step) };
@@ -59,6 +59,17 @@ fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &Mo
     model.tables.push(Table { name: table, points, interpolation, outside, ..Table::default() });
 }
 
+/// The conditions of sensors, in the order of those of a problem.
+pub(super) fn with_sensors(model: &Model) -> impl Iterator<Item = &Stated> {
+    model.conditions.iter().filter(|own| own.kind == ConditionKind::Sensor)
+}
+
+/// Whether a condition is on a distance: its value is half the square, its multiplier that of it.
+pub(super) fn is_distance(model: &Model, own: &Stated) -> bool {
+    let name = own.sensor.as_deref().unwrap_or_default();
+    model.sensors.iter().any(|own| own.name == name && own.kind == SensorKind::Distance)
+}
+
 pub(super) fn status(verdict: &Verdict) -> Status {
     match verdict {
         Verdict::Optimal => Status::Optimal,
@@ -96,13 +107,8 @@ pub(super) fn report(
             at_bounds: values.filter(at_bound).count(),
         }
     };
-    let with_sensor = || model.conditions.iter().filter(|own| own.kind == ConditionKind::Sensor);
     let met = |(k, own): (usize, &Stated)| {
-        let is_distance = own.sensor.as_deref().is_some_and(|name| {
-            model.sensors.iter().any(|sensor| {
-                sensor.name == name && sensor.kind == holonom_model::SensorKind::Distance
-            })
-        });
+        let is_distance = is_distance(model, own);
         let at = found.met.iter().filter(|met| met.condition == k);
         ConditionMet::of(
             own,
@@ -115,7 +121,7 @@ pub(super) fn report(
             }),
         )
     };
-    let conditions: Vec<ConditionMet> = with_sensor().enumerate().map(met).collect();
+    let conditions: Vec<ConditionMet> = with_sensors(model).enumerate().map(met).collect();
     let mut missed = match &found.verdict {
         Verdict::Infeasible(rows) => rows.clone(),
         Verdict::Unfinished(outcome) => {
