@@ -15,6 +15,7 @@ mod model {
 
 mod output {
     pub(crate) mod browser;
+    mod browser_process;
     mod columns;
     mod drawings;
     mod export;

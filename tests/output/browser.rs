@@ -1,10 +1,9 @@
 //! Pages in a real browser: what they show, and where.
 
+use super::browser_process::Browser;
 use crate::program::command::{command, folder};
-use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 /// Chromium under one of its names; without it the tests of pages print that and pass.
 pub(crate) fn browser() -> Option<&'static str> {
@@ -53,8 +52,8 @@ pub(crate) fn with_keys(page: &Path, keys: &[&str]) -> PathBuf {
 pub(crate) struct Shown {
     pub(crate) document: String,
     pub(crate) console: Vec<String>,
-    pub(crate) pixels: Vec<u8>,
-    width: usize,
+    pub(crate) pixels: Vec<u8>, // red, green, blue
+    pub(crate) width: usize,
 }
 
 pub(crate) fn show(browser: &str, page: &Path, fragment: &str, size: [u32; 2]) -> Shown {
@@ -69,63 +68,15 @@ pub(crate) fn show_with(
     size: [u32; 2],
     flags: &[&str],
 ) -> Shown {
-    let folder = page.parent().unwrap();
-    let picture = folder.join("page.png");
-    let mut command = Command::new(browser);
-    command.args([
-        "--headless=new",
-        "--no-sandbox",
-        "--no-first-run",
-        "--disable-background-networking",
-        "--disable-component-update",
-        "--disable-sync",
-        "--hide-scrollbars",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--enable-logging=stderr",
-        "--virtual-time-budget=3000",
-        "--dump-dom",
-    ]);
-    command.args(flags);
-    command.arg(format!("--screenshot={}", picture.display()));
-    command.arg(format!("--user-data-dir={}", folder.join("browser").display()));
-    command.arg(format!("--window-size={},{}", size[0], size[1]));
-    command.arg(format!("file://{}#{fragment}", page.display()));
+    let address = format!("file://{}#{fragment}", page.display());
     // a browser that hangs under load is not what a page is judged by
-    let output =
-        output_within(&mut command, PATIENCE).or_else(|| output_within(&mut command, PATIENCE));
-    let output = output.expect("the browser hung twice");
-    let document = String::from_utf8_lossy(&output.stdout).into_owned();
-    let log = String::from_utf8_lossy(&output.stderr).into_owned();
-    let console = log.lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
-    let file = std::io::BufReader::new(std::fs::File::open(&picture).unwrap());
-    let mut reader = png::Decoder::new(file).read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut pixels).unwrap();
-    assert_eq!(info.bit_depth, png::BitDepth::Eight);
-    let samples = info.color_type.samples();
-    let pixels = pixels[..info.buffer_size()].chunks(samples).flat_map(|p| [p[0], p[1], p[2]]);
-    Shown { document, console, pixels: pixels.collect(), width: info.width as usize }
-}
-
-const PATIENCE: Duration = Duration::from_secs(120);
-
-/// The output of a command with all that it starts; `None`: it was ended after so long.
-fn output_within(command: &mut Command, patience: Duration) -> Option<Output> {
-    let begun = Instant::now();
-    let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
-    let child = piped.spawn().unwrap();
-    let group = format!("-{}", child.id());
-    let waiting = std::thread::spawn(move || child.wait_with_output());
-    while !waiting.is_finished() {
-        if begun.elapsed() > patience {
-            Command::new("kill").args(["-9", "--", &group]).status().unwrap();
-            waiting.join().unwrap().unwrap();
-            return None;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    waiting.join().unwrap().ok()
+    let shown = (0..2).find_map(|_| {
+        let mut open = Browser::taken(browser, flags);
+        let shown = open.show(&address, size)?;
+        open.give_back();
+        Some(shown)
+    });
+    shown.expect("the browser hung twice")
 }
 
 impl Shown {
