@@ -95,7 +95,7 @@ fn logs_that_lie_along_each_other_roll_off() {
     let mut ended = Vec::new();
     for seed in 0..8 {
         let mut sample = Random::new(seed);
-        let mut text = head(&mut sample, "logs", 0.6);
+        let mut text = head(&mut sample, "logs", 0.4);
         text += &solid("log1", &log(0.6), [-0.101, 0.0, 0.1], [along, 0.0, 0.0]);
         text += &solid("log2", &log(0.6), [0.101, 0.0, 0.1], [along, 0.0, 0.0]);
         let tilt = if seed % 2 == 0 { 0.0 } else { 0.1 };

@@ -88,7 +88,7 @@ fn is_resolved(model: &Model) -> bool {
 #[test]
 fn every_shipped_model_runs_by_every_form() {
     for (name, model) in shipped() {
-        let steps = if model.beams.is_empty() { 200 } else { 12 };
+        let steps = if model.beams.is_empty() { 80 } else { 12 };
         let variational = reference(&model, steps);
         let runs = FORMS.map(|form| run(&model, form, steps).unwrap());
         for (form, samples) in FORMS.iter().zip(&runs) {
