@@ -16,7 +16,7 @@ use crate::controls::Controls;
 use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
-use crate::objective::{Known, Objective, Quantity, Seen};
+use crate::objective::{Known, Objective, Quantity, Seen, Term};
 use crate::sensitivities::{Beside, Direction, Growth, Increment, NodeForces, Sensitivities};
 use crate::terminal_rate::{NodeReader, NodeSources};
 use nalgebra::DMatrix;
@@ -73,6 +73,8 @@ pub enum Measurable {
     Configuration(Box<dyn Quantity>),
     /// Of a node with its velocity; its reading is [`Reading::Value`].
     Node(Box<dyn NodeQuantity>),
+    /// Of a node with its momentum, the end cost of a term; its reading is [`Reading::Value`].
+    State(Box<dyn Term>),
 }
 
 impl std::fmt::Debug for Measurable {
@@ -80,6 +82,7 @@ impl std::fmt::Debug for Measurable {
         f.write_str(match self {
             Self::Configuration(_) => "Configuration",
             Self::Node(_) => "Node",
+            Self::State(_) => "State",
         })
     }
 }
@@ -88,7 +91,7 @@ impl Measurable {
     /// What it reads of a node.
     fn reads(&self) -> Reads {
         match self {
-            Self::Configuration(_) => Reads::default(),
+            Self::Configuration(_) | Self::State(_) => Reads::default(),
             Self::Node(own) => own.reads(),
         }
     }
@@ -98,6 +101,7 @@ impl Measurable {
         match self {
             Self::Configuration(own) => own.follow(node, seen),
             Self::Node(own) => own.follow(node, seen),
+            Self::State(own) => own.follow(node, seen),
         }
     }
 
@@ -106,7 +110,7 @@ impl Measurable {
     fn weights(&self, reading: Reading, s: f64, h: f64) -> [[f64; 2]; 2] {
         match self {
             Self::Configuration(_) => reading.weights(s, h),
-            Self::Node(_) => [[0.0, 1.0 - s], [0.0, s]],
+            Self::Node(_) | Self::State(_) => [[0.0, 1.0 - s], [0.0, s]],
         }
     }
 }
@@ -392,6 +396,24 @@ impl Found<'_> {
         weight * y.value(node)
     }
 
+    /// The part of a node in a number of its state; `parameters`: of the design.
+    fn of_state(
+        &self,
+        (y, state): (&dyn Term, &State),
+        weight: f64,
+        parameters: usize,
+        mut change: impl FnMut(usize, f64),
+    ) -> f64 {
+        let mut by = Costate::zero(state.q.len(), state.internal.len());
+        let mut moved = vec![0.0; parameters];
+        y.add_of_end(state, weight, &mut by);
+        y.add_parameters_of_end(state, weight, &mut moved);
+        for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
+            change(j, by.along(own) + direction.parameter.map_or(0.0, |k| moved[k]));
+        }
+        weight * y.of_end(state)
+    }
+
     /// The same of what reads accelerations, those of the steps on both sides where they are known,
     /// or the acceleration level; `parameters`: of the design.
     fn of_level(
@@ -442,6 +464,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let moves = |own: &Share| match &trial.quantities[self.series[own.series].sensor] {
             Measurable::Configuration(_) => own.weights[1] != 0.0,
             Measurable::Node(of) => own.weights[1] != 0.0 && of.reads_velocity(),
+            Measurable::State(_) => false,
         };
         if shares.iter().any(moves) {
             velocities = Some(Velocities::of(&trial)?);
@@ -520,6 +543,9 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 };
                 let quantity = &trial.quantities[self.series[share.series].sensor];
                 out[share.row] += match quantity {
+                    Measurable::State(own) => {
+                        found.of_state((&**own, state), share.weights[1], parameters, change)
+                    }
                     Measurable::Configuration(own) => {
                         found.of_configuration(&**own, share.weights, &mut slope, change)
                     }

@@ -9,12 +9,15 @@
 //! ```
 //! The momentum at rest is zero, so a weight on this term brings a tree to rest.
 
+use crate::node::{Curved, Node, NodeQuantity, Slopes};
 use crate::objective::Term;
 use nalgebra::Vector3;
 use vi_constraints::linearization::Costate;
-use vi_core::State;
+use vi_core::num_dual::Dual64;
+use vi_core::number::Number;
+use vi_core::{SparseMatrix, State};
 use vi_multibody::design::MechanismTangent;
-use vi_multibody::joint::Side;
+use vi_multibody::joint::{FrameId, Side};
 use vi_multibody::mechanism::Mechanism;
 use vi_rigid::directors::{FRAME, center, director};
 
@@ -47,15 +50,22 @@ struct Moved {
 }
 
 /// The motion of a link, and what it carries.
-#[derive(Clone, Copy, Debug, Default)]
-struct Motion {
-    velocity: Vector3<f64>, // φ̇
-    spin: Vector3<f64>,
-    force: Vector3<f64>,
-    torque: Vector3<f64>,
-    slide: f64, // rate of the joint: ᴾp, or η
-    turn: f64,
-    power: f64, // ᴾp times the rate
+#[derive(Clone, Copy, Debug)]
+struct Motion<T> {
+    velocity: Vector3<T>, // φ̇
+    spin: Vector3<T>,
+    force: Vector3<T>,
+    torque: Vector3<T>,
+    slide: T, // rate of the joint: ᴾp, or η
+    turn: T,
+    power: T, // ᴾp times the rate
+}
+
+impl<T: Number> Motion<T> {
+    fn still() -> Self {
+        let ([velocity, spin, force, torque], zero) = ([Vector3::zeros(); 4], T::of(0.0));
+        Self { velocity, spin, force, torque, slide: zero, turn: zero, power: zero }
+    }
 }
 
 impl TerminalMomentum {
@@ -117,11 +127,11 @@ impl TerminalMomentum {
     }
 
     /// Leaf → root: momenta along the joints. Root → leaf: the motion with rates of their values.
-    fn motions(&self, q: &[f64], p: &[f64]) -> Vec<Motion> {
-        let mut all = vec![Motion::default(); self.links.len()];
+    fn motions<T: Number>(&self, q: &[T], p: &[T]) -> Vec<Motion<T>> {
+        let mut all = vec![Motion::still(); self.links.len()];
         for (k, link) in self.links.iter().enumerate().rev() {
             let (own, momentum) = (frame(q, link), frame(p, link));
-            let (arm, axis) = (link.arm_at(own), link.axis(q));
+            let (arm, axis) = (along(&link.arm, own), link.axis(q));
             let Motion { force, torque, .. } = &mut all[k];
             *force += center(momentum);
             *torque -= arm.cross(force);
@@ -129,9 +139,9 @@ impl TerminalMomentum {
                 *torque += director(own, i).cross(&director(momentum, i));
             }
             let (force, torque) = (*force, *torque);
-            let slide = if link.slides { axis.dot(&force) } else { 0.0 };
-            let turn = if link.turns { axis.dot(&torque) } else { 0.0 };
-            let [u, w] = self.rates.as_ref().map_or([slide, turn], |rates| rates[k]);
+            let slide = if link.slides { axis.dot(&force) } else { T::of(0.0) };
+            let turn = if link.turns { axis.dot(&torque) } else { T::of(0.0) };
+            let [u, w] = self.rates.as_ref().map_or([slide, turn], |rates| rates[k].map(T::of));
             (all[k].slide, all[k].turn) = (u, w);
             all[k].power = slide * u + turn * w;
             if let Some(parent) = link.parent {
@@ -142,9 +152,9 @@ impl TerminalMomentum {
         }
         for (k, link) in self.links.iter().enumerate() {
             let (own, axis) = (frame(q, link), link.axis(q));
-            let arm = link.arm_at(own);
-            let mut velocity = all[k].slide * axis; // of the anchor
-            let mut spin = all[k].turn * axis;
+            let arm = along(&link.arm, own);
+            let mut velocity = axis * all[k].slide; // of the anchor
+            let mut spin = axis * all[k].turn;
             if let Some(parent) = link.parent {
                 let lever = center(own) + arm - center(frame(q, &self.links[parent]));
                 velocity += all[parent].velocity + all[parent].spin.cross(&lever);
@@ -155,38 +165,15 @@ impl TerminalMomentum {
         }
         all
     }
-}
 
-fn frame<'a>(q: &'a [f64], link: &Link) -> &'a [f64] {
-    &q[link.frame..link.frame + FRAME]
-}
-
-impl Link {
-    /// `r`.
-    fn arm_at(&self, own: &[f64]) -> Vector3<f64> {
-        (0..3).map(|i| self.arm[i] * director(own, i)).sum()
-    }
-
-    /// `n`.
-    fn axis(&self, q: &[f64]) -> Vector3<f64> {
-        let carrier = self.parent_side.coordinates(q);
-        (0..3).map(|i| self.parent_side.axes[(i, 2)] * director(carrier, i)).sum()
-    }
-}
-
-fn add(x: Vector3<f64>, scale: f64, first: usize, out: &mut [f64]) {
-    (0..3).for_each(|k| out[first + k] += scale * x[k]);
-}
-
-impl Term for TerminalMomentum {
-    fn of_end(&self, end: &State) -> f64 {
-        let power: f64 = self.motions(&end.q, &end.p).iter().map(|own| own.power).sum();
+    /// `Φ` at a configuration with its momentum.
+    fn value(&self, [q, p]: [&[f64]; 2]) -> f64 {
+        let power: f64 = self.motions(q, p).iter().map(|own| own.power).sum();
         if self.rates.is_some() { power } else { 0.5 * power }
     }
 
-    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
-        let (q, p) = (&end.q, &end.p);
-        let Costate { q: out, p: by_p, .. } = out;
+    /// Adds `scale` times its derivatives by both.
+    fn add_slopes<T: Number>(&self, [q, p]: [&[T]; 2], scale: f64, [out, by_p]: [&mut [T]; 2]) {
         let all = self.motions(q, p);
         for (k, link) in self.links.iter().enumerate() {
             let Motion { velocity, spin, force, torque, slide, turn, .. } = all[k];
@@ -197,7 +184,7 @@ impl Term for TerminalMomentum {
                 add(spin.cross(&director(own, i)), scale, first + 3 + 3 * i, by_p);
                 // ω·(δd_I × p_I) − ω·(ρ_I δd_I × f)
                 let p_i = director(frame(p, link), i);
-                let by = p_i.cross(&spin) - link.arm[i] * force.cross(&spin);
+                let by = p_i.cross(&spin) - force.cross(&spin) * T::of(link.arm[i]);
                 add(by, scale, first + 3 + 3 * i, out);
             }
             if let Some(parent) = link.parent {
@@ -208,11 +195,45 @@ impl Term for TerminalMomentum {
                 (0..3).for_each(|i| add(by, scale * link.arm[i], first + 3 + 3 * i, out));
                 add(by, -scale, carrier, out);
                 // δn·(f u̇ + τ θ̇)
-                let by = slide * force + turn * torque;
+                let by = force * slide + torque * turn;
                 let axes = link.parent_side.axes;
                 (0..3).for_each(|i| add(by, scale * axes[(i, 2)], carrier + 3 + 3 * i, out));
             }
         }
+    }
+}
+
+fn frame<'a, T>(q: &'a [T], link: &Link) -> &'a [T] {
+    &q[link.frame..link.frame + FRAME]
+}
+
+/// A vector by its components along directors.
+fn along<T: Number>(x: &Vector3<f64>, of: &[T]) -> Vector3<T> {
+    (0..3).fold(Vector3::zeros(), |sum, i| sum + director(of, i) * T::of(x[i]))
+}
+
+impl Link {
+    /// `n`.
+    fn axis<T: Number>(&self, q: &[T]) -> Vector3<T> {
+        let own: Vector3<f64> = self.parent_side.axes.column(2).into();
+        match self.parent_side.frame {
+            FrameId::Ground => own.map(T::of),
+            FrameId::Frame(k) => along(&own, &q[FRAME * k..FRAME * (k + 1)]),
+        }
+    }
+}
+
+fn add<T: Number>(x: Vector3<T>, scale: f64, first: usize, out: &mut [T]) {
+    (0..3).for_each(|k| out[first + k] += x[k] * T::of(scale));
+}
+
+impl Term for TerminalMomentum {
+    fn of_end(&self, end: &State) -> f64 {
+        self.value([&end.q, &end.p])
+    }
+
+    fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
+        self.add_slopes([&end.q, &end.p], scale, [&mut out.q, &mut out.p]);
     }
 
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
@@ -226,14 +247,63 @@ impl Term for TerminalMomentum {
                 let Motion { spin, force, torque, slide, turn, .. } = all[own.link];
                 let carried = link.parent.map_or_else(Vector3::zeros, |parent| all[parent].spin);
                 let [child, parent] = [frame(&end.q, link), link.parent_side.coordinates(&end.q)];
-                let along = |x: &Vector3<f64>, of: &[f64]| -> Vector3<f64> {
-                    (0..3).map(|i| x[i] * director(of, i)).sum()
-                };
                 // f·(ω_parent × δr) − ω·(δr × f) + δn·(f u̇ + τ θ̇)
                 let by_arm = force.cross(&(carried - spin)).dot(&along(&own.arm, child));
                 let by_axis = (slide * force + turn * torque).dot(&along(&own.axis, parent));
                 *out += scale * (by_arm + by_axis);
             }
         }
+    }
+}
+
+/// A momentum of a node with its velocity, `p̄ = M v̂`: `M` as it is, in runs whose steps add nothing
+/// to it, and without parameters.
+#[derive(Clone, Debug)]
+pub struct NodeMomentum {
+    /// `Φ`.
+    pub momentum: TerminalMomentum,
+    /// `M`.
+    pub mass: SparseMatrix,
+}
+
+impl NodeMomentum {
+    fn of(&self, v: &[f64]) -> Vec<f64> {
+        let mut p = vec![0.0; v.len()];
+        self.mass.mul_add(1.0, v, &mut p);
+        p
+    }
+}
+
+impl NodeQuantity for NodeMomentum {
+    fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
+        self.momentum.value([at.q, &self.of(v)])
+    }
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+        let mut by_p = vec![0.0; v.len()];
+        self.momentum.add_slopes([at.q, &self.of(v)], scale, [out.q, &mut by_p]);
+        self.mass.mul_add(1.0, &by_p, out.v); // M is symmetric
+    }
+    fn curved(&self) -> Option<&dyn Curved> {
+        Some(self)
+    }
+}
+
+impl Curved for NodeMomentum {
+    fn add_bend(
+        &self,
+        Node { at, v, .. }: Node<'_>,
+        [dq, dv]: [&[f64]; 2],
+        scale: f64,
+        [q, of_v]: [&mut [f64]; 2],
+    ) {
+        let dual = |x: &[f64], dx: &[f64]| -> Vec<Dual64> {
+            x.iter().zip(dx).map(|(x, dx)| Dual64::new(*x, *dx)).collect()
+        };
+        let (at, p) = (dual(at.q, dq), dual(&self.of(v), &self.of(dv)));
+        let [mut by_q, mut by_p] = [(); 2].map(|()| vec![Dual64::of(0.0); v.len()]);
+        self.momentum.add_slopes([&at, &p], scale, [&mut by_q, &mut by_p]);
+        q.iter_mut().zip(&by_q).for_each(|(q, by)| *q += by.eps);
+        let by_p: Vec<f64> = by_p.iter().map(|by| by.eps).collect();
+        self.mass.mul_add(1.0, &by_p, of_v);
     }
 }

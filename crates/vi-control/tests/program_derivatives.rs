@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, Matrix3};
 use std::sync::Arc;
 use vi_constraints::{InitialValues, Method};
 use vi_control::Transcription;
+use vi_control::momentum::{NodeMomentum, TerminalMomentum};
 use vi_control::node::RateOf;
 use vi_control::objective::{Judged, PointComponent};
 use vi_control::program::Program;
@@ -14,7 +15,7 @@ use vi_control::transcription::problem::{
 };
 use vi_core::force::{DiscreteForce, MidpointForce};
 use vi_core::galerkin::Stages;
-use vi_core::{Composition, Quadrature};
+use vi_core::{Composition, MechanicalSystem as _, Quadrature};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::bushing::{LinearSix, SixForce};
 use vi_multibody::form::{Form, Row};
@@ -382,8 +383,8 @@ fn beside_laws() {
 }
 
 /// Numbers of nodes with their velocities as conditions and costs, beside efforts and wrenches, one
-/// fixed in space and one in its body: rates of points and joints and angular velocities, also with
-/// a free time.
+/// fixed in space and one in its body: rates of points and joints and angular velocities, momenta
+/// along joints of trees, also with a free time.
 fn of_numbers_with_velocities(name: &str) {
     let vector = nalgebra::Vector3::new;
     for (free, method) in [
@@ -440,6 +441,16 @@ fn of_numbers_with_velocities(name: &str) {
             }
             let (name, bounds) = (format!("rate {k}"), [-1.0, 1.0]);
             problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
+        }
+        let (all, eta) = (TerminalMomentum::of(&case.mechanism), [(1, 0.8), (0, -0.3)]);
+        for momentum in
+            all.iter().flat_map(|own| [own.clone(), own.clone().along(&case.mechanism, &eta)])
+        {
+            let mass = case.system().mass().clone();
+            let quantity = Quantity::of_node(NodeMomentum { momentum, mass });
+            let (judged, when) = (Judged::Itself, When::End);
+            let kind = CostKind::Number { quantity, judged, when };
+            problem.costs.push(Cost { weight: 0.7, kind });
         }
         let guess = Guess::line(3, &vec![0.2; case.mechanism.tree().dof()]);
         let system = std::sync::Arc::new(case.system());

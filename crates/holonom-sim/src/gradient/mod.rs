@@ -28,7 +28,7 @@ mod force_models;
 mod force_tests;
 #[cfg(test)]
 mod galerkin_tests;
-mod objective;
+pub(crate) mod objective;
 pub(crate) mod prepared;
 #[cfg(test)]
 mod rolling_tests;

@@ -381,7 +381,7 @@ fn rate_term_by<Q: NodeQuantity + 'static>(
 }
 
 /// Momenta along the joints at the end.
-fn momentum_term(
+pub(crate) fn momentum_term(
     system: &System,
     key: &str,
     tangents: &[ModelTangent],

@@ -1,5 +1,6 @@
 //! Runs of a model for other values of its parameters, with the tangents along them.
 
+use super::objective::momentum_term;
 use super::prepared::{Begin, Prepared};
 use crate::design::start::GivenJoint;
 use crate::design::{self, refused};
@@ -25,6 +26,29 @@ pub(crate) struct SensorRead {
     pub(crate) key: String,
     /// Its name, of one of several numbers with its part.
     pub(crate) sensor: String,
+}
+
+/// A number that is read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Read {
+    /// Of a sensor.
+    Sensor(SensorRead),
+    /// The momentum along an unknown of the tree.
+    Momentum {
+        /// The key of the model that asks for it.
+        key: String,
+        /// Which unknown.
+        unknown: usize,
+    },
+}
+
+impl Read {
+    fn sensor(&self) -> Option<&SensorRead> {
+        match self {
+            Self::Sensor(own) => Some(own),
+            Self::Momentum { .. } => None,
+        }
+    }
 }
 
 impl SensorRead {
@@ -104,7 +128,7 @@ pub(crate) struct ModelTrials<'a> {
     /// The start of joints, after the parameters: each coordinate before its rate.
     pub(crate) initial: Vec<InitialCoordinate>,
     /// What is measured.
-    pub(crate) reads: Vec<SensorRead>,
+    pub(crate) reads: Vec<Read>,
     /// Coordinates of joints that are measured as well, after the sensors.
     pub(crate) joints: Vec<(String, usize)>,
     /// Where the runs begin.
@@ -158,15 +182,15 @@ impl ModelTrials<'_> {
     pub(crate) fn trial(&self, theta: &[f64]) -> Result<Trial, ModelError> {
         let overrides = self.overrides(theta);
         let model = self.text.model(&overrides)?;
-        let read = self.reads.iter().map(|own| own.sensor.as_str());
+        let sensors = || self.reads.iter().filter_map(Read::sensor);
+        let read = sensors().map(|own| own.sensor.as_str());
         let works = work::forces_of(&model, all_read(&model, read).iter());
         let with = (&[][..], &Outside { works, ..self.outside(theta) });
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let own = prepared.model.clone();
         let model = &*own;
         let wanted = |name: &str| self.parameters.iter().any(|own| own == name);
-        let read =
-            |sensor: &str| self.reads.iter().any(|own| depends_on(model, own.name(), sensor));
+        let read = |sensor: &str| sensors().any(|own| depends_on(model, own.name(), sensor));
         let counts = |key: &str| design::of_sensor(key).is_none_or(read);
         let from = ((&self.parameters[..], self.text, &overrides[..]), model);
         let mut tangents = design::tangents_of(from, &prepared.system, wanted, counts)?;
@@ -185,7 +209,16 @@ impl ModelTrials<'_> {
         let run = prepared.simulation.integrator();
         let (rows, of_states) = (run.rows().clone(), run.reads_states() || prepared.system.stands);
         let mut reads = Reads::default();
-        for SensorRead { key, sensor } in &self.reads {
+        for own in &self.reads {
+            let SensorRead { key, sensor } = match own {
+                Read::Sensor(own) => own,
+                Read::Momentum { key, unknown } => {
+                    let all = momentum_term(&prepared.system, key, &tangents)?;
+                    let own = all.along(&prepared.system.mechanism, &[(*unknown, 1.0)]);
+                    quantities.push(Measurable::State(Box::new(own)));
+                    continue;
+                }
+            };
             let of = named(model, key, sensor)?;
             let (of_run, system) = ((model, &rows), &mut prepared.system);
             quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {

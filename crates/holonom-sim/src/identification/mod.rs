@@ -24,10 +24,12 @@ pub use data::{DataError, MeasuredColumn};
 pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
-use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, SensorRead, StatedStart};
+use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, Read, SensorRead, StatedStart};
 use crate::shown::reading;
 use crate::system::outside::Outside;
-use holonom_model::{Model, ModelError, ModelText, Override, ParameterTangent, Scheme};
+use holonom_model::{
+    Measurement, Model, ModelError, ModelText, Override, ParameterTangent, Scheme,
+};
 use nalgebra::DMatrix;
 use segments::{Segments, Whole};
 use std::fmt::Write;
@@ -159,7 +161,10 @@ impl<'m> Prepared<'m> {
         }
         let key = |i: usize| format!("measurement[{i}].sensor");
         let reads = model.measurements.iter().enumerate();
-        let reads = reads.map(|(i, own)| SensorRead { key: key(i), sensor: own.sensor.clone() });
+        let read = |(i, own): (usize, &Measurement)| {
+            Read::Sensor(SensorRead { key: key(i), sensor: own.sensor.clone() })
+        };
+        let reads = reads.map(read);
         let mut trials = ModelTrials {
             text,
             overrides,

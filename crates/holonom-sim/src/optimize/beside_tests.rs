@@ -78,6 +78,22 @@ fn the_least_cost_of_a_tree_has_the_slope_of_its_lagrangian() {
     compare("rod, composition", &composed, &by[..2], "refine = 0");
 }
 
+/// Momenta along the joints at the end count with the parameters that change masses and places.
+#[test]
+fn momenta_at_the_end_have_their_slopes() {
+    let free = "{ name = \"low\", type = \"sensor\", sensor = \"place.z\", at = \"path\", weight = 0.3 }, { name = \"still\", type = \"momentum\", weight = 4.0 }";
+    let text = PENDULUM.replace(
+        "{ name = \"low\", type = \"sensor\", sensor = \"place.z\", at = \"path\", weight = 0.3 }",
+        free,
+    );
+    let text = text.replace(", { name = \"stop\", type = \"rest\" }", "");
+    assert!(text.contains("still") && !text.contains("stop"));
+    let by = [("length", 1.0), ("mass", 1.0), ("angle", 2.6), ("joint.hinge.position.0", 0.0)];
+    compare("momentum", &text, &by, "refine = 0");
+    let galerkin = text.replace("step = 0.1", "step = 0.1, order = 4, method = \"galerkin\"");
+    compare("momentum, Galerkin", &galerkin, &by[..2], "refine = 0");
+}
+
 /// Bounds that are active: of efforts, of the coordinate along the path, of its rate at a node, of
 /// a height along the path; a free time; a distance.
 #[test]

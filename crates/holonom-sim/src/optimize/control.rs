@@ -68,6 +68,7 @@ impl<'a> ModelSetting<'a> {
             system: &mut system,
             acting: &prepared.system,
             rows: begin.rows(),
+            mass: &begin.mass,
             q: &begin.q,
             t: begin.t,
             is_free: settings.time.is_some(),

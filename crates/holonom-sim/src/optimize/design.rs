@@ -13,10 +13,11 @@ use super::found::{
 use super::node::node;
 use crate::design::{number, refused};
 use crate::gradient::prepared::last_node;
-use crate::gradient::trial::{From, ModelTrials, SensorRead};
+use crate::gradient::trial::{From, ModelTrials, Read, SensorRead};
 use crate::gradient::{TermValue, equilibrium};
 use crate::random::Random;
 use crate::shown::reading;
+use crate::system;
 use holonom_model::{
     Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText, Objective,
     ObjectiveKind, Optimize, Override, Scheme,
@@ -24,14 +25,14 @@ use holonom_model::{
 use vi_control::constrained_least_squares::{
     Conditions, Design, DesignOutcome, Evaluation, minimise,
 };
-use vi_control::identification::{MotionResiduals, Series};
+use vi_control::identification::{MotionResiduals, Reading, Series};
 use vi_control::least_squares::{FitError, Parameter, Residuals};
 use vi_control::program::Iterate;
 
 /// Which rows of the residuals are of what.
 struct Rows {
     series: Vec<Series>,
-    reads: Vec<SensorRead>,
+    reads: Vec<Read>,
     /// Of each objective: its rows.
     objectives: Vec<std::ops::Range<usize>>,
     /// Of rows that count as they are, after those of squares: what they are weighted with.
@@ -76,7 +77,7 @@ impl Rows {
         let first = self.count;
         let key = format!("objective.{}", own.name);
         match own.kind {
-            ObjectiveKind::Sensor if own.weight <= 0.0 => {
+            ObjectiveKind::Sensor | ObjectiveKind::Momentum if own.weight <= 0.0 => {
                 let what = "a design that makes a square largest";
                 let help = "write a positive weight: the sum of squares becomes least";
                 return Err(refused(&format!("{key}.weight"), what, help));
@@ -94,9 +95,9 @@ impl Rows {
             }
             ObjectiveKind::Time => (),
             ObjectiveKind::Momentum => {
-                let what = "a design by momenta along joints";
-                let help = "take rates of joints, by sensors";
-                return Err(refused(&format!("{key}.type"), what, help));
+                let key = format!("{key}.type");
+                let unknowns = moving(model, &key)?;
+                self.momenta(model, (&key, unknowns), [0.0, 1.0 / own.weight.sqrt()]);
             }
             _ => {
                 let what = "a design by efforts of controls";
@@ -126,9 +127,11 @@ impl Rows {
             let first = self.count;
             let key = format!("condition.{}", own.name);
             if own.kind == ConditionKind::Rest {
-                let help =
-                    "ask for a sensor at two times, or add a [[control]] that brings it to rest";
-                return Err(refused(&format!("{key}.type"), "rest by parameters alone", help));
+                let unknowns = resting(model, own)?;
+                self.bounds.extend(vec![[0.0; 2]; unknowns.len()]);
+                self.momenta(model, (&format!("{key}.type"), unknowns), [0.0, 1.0]);
+                self.conditions.push(first..self.count);
+                continue;
             }
             let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
@@ -156,8 +159,59 @@ impl Rows {
             steps,
             values,
         });
-        self.reads.push(SensorRead { key: key.to_owned(), sensor: sensor.to_owned() });
+        let own = SensorRead { key: key.to_owned(), sensor: sensor.to_owned() };
+        self.reads.push(Read::Sensor(own));
     }
+
+    /// Momenta along unknowns of the tree at the end.
+    fn momenta(
+        &mut self,
+        model: &Model,
+        (key, unknowns): (&str, Vec<usize>),
+        [value, sigma]: [f64; 2],
+    ) {
+        for unknown in unknowns {
+            self.count += 1;
+            let (sensor, reading) = (self.reads.len(), Reading::Value);
+            let steps = vec![last_step(model) as f64];
+            self.series.push(Series { sensor, reading, sigma, steps, values: vec![value] });
+            self.reads.push(Read::Momentum { key: key.to_owned(), unknown });
+        }
+    }
+}
+
+/// All unknowns of the tree.
+fn moving(model: &Model, key: &str) -> Result<Vec<usize>, ModelError> {
+    if model.settings.scheme == Scheme::Static {
+        let help = "take sensors: at an equilibrium nothing moves";
+        return Err(refused(key, "momenta of an equilibrium", help));
+    }
+    Ok((0..system::build(model)?.mechanism.tree().dof()).collect())
+}
+
+/// The unknowns of the tree that are at rest at the end.
+fn resting(model: &Model, own: &Condition) -> Result<Vec<usize>, ModelError> {
+    let key = format!("condition.{}", own.name);
+    let all = moving(model, &format!("{key}.type"))?;
+    if own.of.is_empty() {
+        return Ok(all);
+    }
+    let mechanism = system::build(model)?.mechanism;
+    let mut unknowns = Vec::new();
+    for name in &own.of {
+        for freedom in 0..model.joint(name).map_or(0, |joint| joint.pair().dof()) {
+            let mut joints = mechanism.description().joints.iter();
+            let joint = joints.find(|joint| joint.name == *name);
+            let found = joint.and_then(|joint| mechanism.tree().unknown_of(joint, freedom));
+            let Some(found) = found else {
+                let what = format!("rest of `{name}`, which closes a loop");
+                let help = "write `cut = true` at another joint of the loop";
+                return Err(refused(&format!("{key}.of"), what, help));
+            };
+            unknowns.push(found.index);
+        }
+    }
+    Ok(unknowns)
 }
 
 /// The number of the last node: of statics that of the run that stands at the last equilibrium.

@@ -1,7 +1,7 @@
 //! What an optimum is, as `optimum.json` and `iterations.csv` have it.
 
 use crate::gradient::TermValue;
-use holonom_model::{Condition, Model, ModelError};
+use holonom_model::{Condition, ConditionKind, Model, ModelError};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -84,9 +84,12 @@ pub struct ConditionMet {
 }
 
 impl ConditionMet {
-    /// By values and multipliers at its nodes.
+    /// By values and multipliers at its nodes; of rest those of each momentum.
     pub(super) fn of(own: &Condition, at: impl Iterator<Item = (f64, f64)>) -> Self {
-        let [min, max] = own.bounds();
+        let [min, max] = match own.kind {
+            ConditionKind::Rest => [0.0; 2],
+            ConditionKind::Sensor => own.bounds(),
+        };
         let beyond = |value: f64| (min - value).max(value - max);
         let (mut nearest, mut price) = (f64::NAN, 0.0);
         for (value, multiplier) in at {

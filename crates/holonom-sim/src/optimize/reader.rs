@@ -2,6 +2,7 @@
 
 use super::node::node;
 use crate::design::refused;
+use crate::gradient::objective::momentum_term;
 use crate::gradient::prepared::unit_load;
 use crate::shown::counted::Counted;
 use crate::shown::{Shown, named};
@@ -13,13 +14,14 @@ use holonom_model::{
 };
 use vi_constraints::saddle_point::IndependentRows;
 use vi_control::identification::Reading;
+use vi_control::momentum::NodeMomentum;
 use vi_control::node::{NodeQuantity, RateOf, Reads};
-use vi_control::objective::Quantity as _;
+use vi_control::objective::{Judged, Quantity as _};
 use vi_control::transcription::problem::{
     Acts, Condition, Control, Cost, CostKind, Quantity, Rest, When,
 };
-use vi_core::Configuration;
 use vi_core::coordinate_force::SignedUnknown;
+use vi_core::{Configuration, SparseMatrix};
 use vi_multibody::form::Row;
 
 /// Refuses what the program does not have, by its key.
@@ -48,6 +50,7 @@ pub(super) struct Reader<'a> {
     pub(super) acting: &'a System,
     /// The independent constraints.
     pub(super) rows: &'a IndependentRows,
+    pub(super) mass: &'a SparseMatrix,
     pub(super) q: &'a [f64],
     pub(super) t: f64,
     /// Whether the final time is.
@@ -154,9 +157,11 @@ impl Reader<'_> {
                 Counted::Rate(places) => CostKind::Rate(places),
                 Counted::Time => CostKind::Time,
                 Counted::Momentum => {
-                    let what = "an optimum of controls by momenta along joints";
-                    let help = "write a [[condition]] of type \"rest\"";
-                    return Err(refused(&format!("objective.{}.type", own.name), what, help));
+                    let key = format!("objective.{}.type", own.name);
+                    let momentum = momentum_term(self.acting, &key, &[])?;
+                    let mass = self.mass.clone();
+                    let quantity = Quantity::of_node(NodeMomentum { momentum, mass });
+                    CostKind::Number { quantity, judged: Judged::Itself, when: When::End }
                 }
                 Counted::Sensor { key, of, judged } => {
                     let quantity = self.quantity(&key, of, false)?;

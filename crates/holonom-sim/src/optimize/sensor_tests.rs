@@ -107,6 +107,33 @@ fn the_gradient_vanishes_at_an_optimum() {
     assert!(apart < 1e-11, "{apart}");
 }
 
+/// The same of momenta along the joints at the end; of a closed loop they are refused.
+#[test]
+fn the_gradient_vanishes_beside_momenta() {
+    let text = model(SENSORS[0].0, SENSORS[0].1, SENSORS[0].2, "path", "");
+    let text = text.replace(
+        "objective = [",
+        "objective = [{ name = \"still\", type = \"momentum\", weight = 30.0 }, ",
+    );
+    let (mut worst, mut apart) = (0.0_f64, 0.0_f64);
+    for method in METHODS {
+        let [left, miss] =
+            left_of_gradient(&format!("momenta, order {method}"), &by(method, &text));
+        (worst, apart) = (worst.max(left), apart.max(miss));
+    }
+    println!("slope {worst:.1e}, cost apart {apart:.1e}");
+    assert!(worst < 1e-9, "{worst}");
+    assert!(apart < 1e-11, "{apart}");
+    let loops = "body = [{ name = \"rocker\", mass = 0.4, inertia = [0.01, 0.01, 0.01], position = [0.7, 0.0, 0.3] }, ";
+    let closing = "joint = [{ name = \"pivot\", type = \"revolute\", parent = \"ground\", child = \"rocker\", position = [0.6, 0.0, 0.5], axis = [0.0, 1.0, 0.0] }, \
+                   { name = \"close\", type = \"revolute\", parent = \"lower\", child = \"rocker\", position = [0.8, 0.0, 0.0], axis = [0.0, 1.0, 0.0], cut = true }, ";
+    let closed = text.replace("body = [", loops).replace("joint = [{", &format!("{closing}{{"));
+    let closed = closed.replace("rate = 0.4, ", "");
+    let closed = ModelText::from_text(Path::new("model.toml"), &closed);
+    let error = found(&closed).err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(error.contains("objective.still.type") && error.contains("momenta along"), "{error}");
+}
+
 /// The same of a rotor that turns by more than half a turn: the sign of a quaternion is continued
 /// along the motion, and a spring counts on.
 #[test]

@@ -176,6 +176,84 @@ fn accelerations_are_what_a_run_shows() {
     }
 }
 
+/// A crane: a cart on a rail with a load on a rope, driven by a force of two values and a spring.
+const CRANE: &str = r#"
+model = { name = "crane", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.01, end = 0.6 }
+parameters = { length = 0.5, mass = 0.7, stiffness = 3.0, first = 2.0, second = 3.0 }
+body = [{ name = "cart", mass = 1.0, inertia = [0.1, 0.1, 0.1], position = [0.0, 0.0, 0.0] }, { name = "load", mass = "= mass", inertia = [0.01, "= 0.02*length", 0.01], position = [0.0, 0.0, "= -length"] }]
+joint = [{ name = "rail", type = "prismatic", parent = "ground", child = "cart", position = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0], spring = { stiffness = "= stiffness", rest = 0.3 } }, { name = "pin", type = "revolute", parent = "cart", child = "load", position = [0.0, 0.0, 0.0], axis = [0.0, 1.0, 0.0] }]
+load = [{ name = "push", body = "cart", force = [1.0, 0.0, 0.0], history = { type = "table", times = [0.0, 0.3, 0.6], values = ["= first", 0.0, "= -second"] } }]
+sensor = [{ name = "x", type = "joint_coordinate", of = "rail" }, { name = "angle", type = "joint_coordinate", of = "pin" }, { name = "rail_rate", type = "joint_rate", of = "rail" }, { name = "pin_rate", type = "joint_rate", of = "pin" }]
+"#;
+
+/// Momenta along the joints of a tree at the end as an objective: their sum of squares is that of
+/// the gradient of the result, whose derivatives vanish along the parameters within their bounds.
+#[test]
+fn momenta_at_the_end_become_least() {
+    use crate::gradient::{Wanted, gradient};
+    let counted = "objective = [{ name = \"still\", type = \"momentum\", weight = 0.7 }, { name = \"far\", type = \"sensor\", sensor = \"x\", target = 0.5 }]\n";
+    let free = "optimize = { parameters = { first = { min = -9.0, max = 9.0 }, second = { min = -9.0, max = 9.0 }, length = { min = 0.3, max = 0.8 }, mass = { min = 0.5, max = 0.9 }, \"joint.pin.position.0\" = { min = -0.1, max = 0.2 } } }\n";
+    for method in ["", ", order = 4", ", order = 4, method = \"galerkin\""] {
+        let crane = CRANE.replace("end = 0.6", &format!("end = 0.6{method}"));
+        let text = format!("{crane}{counted}{free}");
+        let found = found(&text, &[]).unwrap();
+        let report = &found.report;
+        assert_eq!(report.status, Status::Optimal, "{report:?}");
+        let set = |own: &super::ParameterFound| {
+            Override::new(crate::design::key_of(&own.name), format!("{:?}", own.value))
+        };
+        let overrides: Vec<Override> = report.parameters.iter().map(set).collect();
+        let text = ModelText::from_text(Path::new("model.toml"), &text);
+        let model = text.model(&overrides).unwrap();
+        let only = report.parameters.iter().map(|own| own.name.clone()).collect();
+        let wanted = Wanted { only, initial: false, ..Wanted::everything() };
+        let slope = gradient(&text, &overrides, &model, &wanted).unwrap();
+        let apart = (slope.value - report.cost).abs() / report.cost;
+        println!("crane{method}: cost {} apart {apart:.1e}", report.cost);
+        assert!(apart < 1e-12, "{apart}");
+        for (own, by) in report.parameters.iter().zip(&slope.parameters) {
+            assert_eq!(own.name, by.name);
+            println!("  {} = {}: slope {:.1e}", own.name, own.value, by.derivative);
+            let outward = if own.value <= own.min { 1.0 } else { -1.0 };
+            match own.at_bound {
+                true => assert!(outward * by.derivative > 0.0, "{own:?}: {}", by.derivative),
+                false => assert!(by.derivative.abs() < 1e-7, "{own:?}: {}", by.derivative),
+            }
+        }
+    }
+}
+
+/// Rest by parameters alone: the two values of a force with which a crane stands still at the end,
+/// as the rates of its run show; rest of one joint.
+#[test]
+fn a_crane_comes_to_rest() {
+    let free = "optimize = { parameters = { first = { min = -9.0, max = 9.0 }, second = { min = -9.0, max = 9.0 } } }\n";
+    let rest = |of: &str| {
+        let stop = format!("condition = [{{ name = \"stop\", type = \"rest\"{of} }}]\n");
+        let found = found(&format!("{CRANE}{stop}{free}"), &[]).unwrap();
+        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+        let stop = &found.report.conditions[0];
+        assert!(
+            stop.violation < 1e-9 && stop.min == Some(0.0) && stop.max == Some(0.0),
+            "{stop:?}"
+        );
+        let names: Vec<String> =
+            crate::sensor::columns(&found.model).iter().map(|own| own.name()).collect();
+        let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
+        let last = run.samples().last().unwrap().unwrap().sensors;
+        ["angle", "rail_rate", "pin_rate"]
+            .map(|name| last[names.iter().position(|own| own == name).unwrap()])
+    };
+    let [_, rail, pin] = rest("");
+    println!("{rail:.1e} {pin:.1e}");
+    assert!(rail.abs() < 1e-9 && pin.abs() < 1e-9, "{rail} {pin}");
+    let [angle, rail, pin] = rest(", of = [\"pin\"]");
+    let momentum = (0.01 + 0.7 * 0.25) * pin - 0.7 * 0.5 * angle.cos() * rail; // ∂T/∂φ̇
+    println!("{rail:.1e} {pin:.1e}: {momentum:.1e}");
+    assert!(rail.abs() > 1e-3 && momentum.abs() < 1e-9, "{rail}, {momentum}");
+}
+
 /// An arm of length 1 on a spring in equilibrium.
 const HANGING: &str = r#"
 [model]
@@ -256,9 +334,15 @@ fn what_cannot_be_is_said() {
     assert!(one("length = {", "size = {").contains("no number under"));
     assert!(one("min = 0.3", "min = 0.9").contains("outside of its bounds"));
     assert!(one("parameters", "time = { min = 0.5, max = 2.0 }\nparameters").contains("free"));
-    assert!(
-        one("sensor = \"place.x\"\nat = 0.5\nequals = 0.0", "type = \"rest\"").contains("rest")
-    );
+    let rest = one("sensor = \"place.x\"\nat = 0.5\nequals = 0.0", "type = \"rest\"");
+    assert!(!rest.contains("condition"), "{rest}");
+    let loose = "[[body]]\nname = \"loose\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\nposition = [1.0, 0.0, 0.0]\n";
+    let aim = "[[objective]]\nname = \"still\"\ntype = \"momentum\"\n";
+    let error = words(&format!("{loose}{aim}{free}"));
+    assert!(error.contains("objective.still.type") && error.contains("momenta along"), "{error}");
+    let error =
+        words(&format!("{}{free}", aim.replace("\"momentum\"", "\"momentum\"\nweight = -1.0")));
+    assert!(error.contains("objective.still.weight") && error.contains("largest"), "{error}");
     assert!(one("at = 0.5", "at = 0.5012").contains("no node"));
     assert!(one("at = 0.5", "at = 1.5").contains("later than the end"));
     assert!(words(free).contains("without an aim"));
