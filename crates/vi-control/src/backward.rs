@@ -6,7 +6,7 @@
 //! ∂ψ/∂q_{n±1} = (1/h²) ∂ψ/∂a,   −(2/h²) ∂ψ/∂a in ∂ψ/∂q_n,   h ∂ψ/∂h = −2 a·∂ψ/∂a
 //! ```
 
-use crate::objective::{Known, Objective, Place};
+use crate::objective::{ByKnown, Known, Objective, Place, Which};
 use vi_constraints::linearization::Costate;
 use vi_core::linear::dot;
 use vi_core::state::State;
@@ -20,13 +20,25 @@ pub(crate) struct NodeForces {
     pub(crate) by_force: Vec<f64>, // n  of the first and the last node, by forces there
     pub(crate) neighbours: Vec<f64>, // n  by the nodes on both sides
     lambda: Vec<f64>,              // m
+    by_a: Vec<f64>,                // n
+}
+
+/// What the steps beside a node give.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct StepsBeside<'a> {
+    /// `h λ` of the step from there, shape `m`, where that is known.
+    pub(crate) impulse: Option<&'a [f64]>,
+    /// `Δq` of the steps on both sides, shape `n`, where they are known.
+    pub(crate) increments: Option<[&'a [f64]; 2]>,
+    /// Their length, s.
+    pub(crate) h: f64,
 }
 
 impl NodeForces {
     pub(crate) fn zero(n: usize, m: usize, internal: usize) -> Self {
-        let [by_force, neighbours] = [(); 2].map(|()| vec![0.0; n]);
+        let [by_force, neighbours, by_a] = [(); 3].map(|()| vec![0.0; n]);
         let (own, lambda) = (Costate::zero(n, internal), vec![0.0; m]);
-        Self { cost: 0.0, by_step: 0.0, own, by_force, neighbours, lambda }
+        Self { cost: 0.0, by_step: 0.0, own, by_force, neighbours, lambda, by_a }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -36,40 +48,36 @@ impl NodeForces {
         self.neighbours.fill(0.0);
     }
 
-    /// Of a node with the impulse `h λ` of the step from there; `by_impulse ← ∂J/∂(hλ)`.
+    /// Of a node with what the steps beside it give; `by_impulse ← ∂J/∂(hλ)` where multipliers are
+    /// known, `by_end` takes `∂J/∂q_{n+1}`.
     pub(crate) fn find(
         &mut self,
         objective: &Objective,
-        (node, at): (&State, Place),
-        (impulse, h): (&[f64], f64),
+        (node, at, which): (&State, Place, Which),
+        StepsBeside { impulse, increments, h }: StepsBeside<'_>,
         parameters: &mut [f64],
-        by_impulse: &mut [f64],
+        [by_impulse, by_end]: [&mut [f64]; 2],
     ) {
-        let Self { cost, by_step, own: of_state, lambda, .. } = self;
-        lambda.iter_mut().zip(impulse).for_each(|(lambda, impulse)| *lambda = impulse / h);
-        let (slopes, known) = ((of_state, &mut *by_impulse), Known::Multipliers(lambda));
-        let [own, along] = objective.forces().add_of((node, known), at, slopes, parameters);
+        let Self { cost, by_step, own: of_state, by_force, neighbours, lambda, by_a } = self;
+        let all = lambda.iter_mut().zip(impulse.unwrap_or_default());
+        all.for_each(|(lambda, impulse)| *lambda = impulse / h);
+        let a = increments.map(|own| acceleration(own, h));
+        let known = Known { lambda: impulse.map(|_| &lambda[..]), a: a.as_deref() };
+        by_a.fill(0.0);
+        let by_known = ByKnown { lambda: &mut *by_impulse, a: &mut *by_a, force: by_force };
+        let slopes = (&mut *of_state, by_known);
+        let [own, along] = objective.steps().add_of((node, known), (at, which), slopes, parameters);
         *cost += own;
         *by_step += along; // the sources of a step are those at fixed λ
         by_impulse.iter_mut().for_each(|by| *by /= h);
-    }
-
-    /// Of a node with the increments `Δq` of the steps on both sides.
-    pub(crate) fn find_acceleration(
-        &mut self,
-        objective: &Objective,
-        (node, at): (&State, Place),
-        (increments, h): ([&[f64]; 2], f64),
-        parameters: &mut [f64],
-    ) {
-        let Self { cost, by_step, own: of_state, neighbours, .. } = self;
-        let a = acceleration(increments, h);
-        let (slopes, known) = ((&mut *of_state, &mut neighbours[..]), Known::Acceleration(&a));
-        let [own, along] = objective.accelerations().add_of((node, known), at, slopes, parameters);
-        *cost += own;
-        *by_step += along - 2.0 * dot(&a, neighbours);
-        neighbours.iter_mut().for_each(|by| *by /= h * h);
-        of_state.q.iter_mut().zip(&*neighbours).for_each(|(q, by)| *q -= 2.0 * by);
+        let Some(a) = a else { return };
+        *by_step -= 2.0 * dot(&a, by_a);
+        for (k, by) in by_a.iter().enumerate() {
+            let by = by / (h * h);
+            neighbours[k] += by;
+            by_end[k] += by;
+            of_state.q[k] -= 2.0 * by;
+        }
     }
 
     /// Of the first or the last node, with the acceleration level.
@@ -79,13 +87,10 @@ impl NodeForces {
         (node, at): (&State, Place),
         parameters: &mut [f64],
     ) {
-        let Self { cost, by_step, own: of_state, by_force, .. } = self;
-        let forces = (!at.is_last).then_some(objective.forces()); // of the step from the last one
-        for terms in forces.into_iter().chain([objective.accelerations()]) {
-            let slopes = (&mut *of_state, &mut by_force[..]);
-            let [own, along] = terms.add_of((node, Known::State), at, slopes, parameters);
-            (*cost, *by_step) = (*cost + own, *by_step + along);
-        }
+        // multipliers of the last node are those of the step from there
+        let which = if at.is_last { Which::OfAccelerations } else { Which::All };
+        let level = StepsBeside { impulse: None, increments: None, h: 1.0 };
+        self.find(objective, (node, at, which), level, parameters, [&mut [], &mut []]);
     }
 }
 

@@ -17,10 +17,10 @@
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.
 
-use crate::backward::NodeForces;
+use crate::backward::{NodeForces, StepsBeside};
 use crate::checkpoints::{Checkpoints, Sizes, levels};
 use crate::controls::Controls;
-use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient};
+use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient, Which};
 use crate::tape::{Taken, Tape};
 use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
 use vi_constraints::design::{Design, Place};
@@ -514,8 +514,8 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         for k in (0..tape.len()).rev() {
             if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
                 self.node((&nodes, nodes.len().saturating_sub(1)), self.task.steps);
-                if let (false, [.., before, last]) =
-                    (self.task.objective.accelerations().is_empty(), &nodes[..])
+                if let (true, [.., before, last]) =
+                    (self.task.objective.counts_accelerations(), &nodes[..])
                 {
                     self.last_acceleration(last, last.t - before.t);
                 }
@@ -566,19 +566,22 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if counts_steps {
             forces.clear();
         }
-        let accelerates = is_counted && !objective.accelerations().is_empty();
-        if let (Some(node), true) = (node, step > 0 && accelerates) {
+        let increments = Some([before, &s.dq[..]]).filter(|_| is_counted); // of both steps
+        if let (Some(node), true) = (node, step > 0 && increments.is_some()) {
             let at = NodePlace { weight: s.h, is_last: false };
-            let increments = ([before, &s.dq], s.h);
-            forces.find_acceleration(objective, (node, at), increments, &mut found.parameters);
-            add(&forces.neighbours, &mut costate.q);
+            let beside = StepsBeside { impulse: None, increments, h: s.h };
+            let node = (node, at, Which::OfAccelerations);
+            let parameters = &mut found.parameters;
+            forces.find(objective, node, beside, parameters, [&mut [], &mut costate.q]);
         }
         if let (Some(node), true) = (node, step > 0 && objective.counts_forces()) {
             let weight = if is_counted { s.h } else { 0.5 * s.h };
             let at = NodePlace { weight, is_last: !is_counted };
             let parameters = &mut found.parameters[..];
-            let mut cost = |impulse: &[f64], out: &mut [f64]| {
-                forces.find(objective, (node, at), (impulse, s.h), parameters, out);
+            let mut cost = |impulse: &[f64], out: [&mut [f64]; 2]| {
+                let beside = StepsBeside { impulse: Some(impulse), increments, h: s.h };
+                let node = (node, at, Which::OfForces);
+                forces.find(objective, node, beside, parameters, out);
             };
             costates.pull_with(system, constraints, (points, p), costate, &mut cost)
         } else if self.settles && is_first {
@@ -593,10 +596,12 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         if let (Some(node), 0) = (node, step) {
             let at = NodePlace { weight: 0.5 * s.h, is_last: false };
             forces.find_level(objective, (node, at), &mut found.parameters);
-            if let Some(place) = controls.place(step) {
-                let own = controls.of_force(node.configuration(), &forces.by_force);
-                add(&own, &mut found.controls[place]);
-            }
+        }
+        if let (Some(node), Some(place)) =
+            (node.filter(|_| step == 0 || !is_counted), controls.place(step))
+        {
+            let own = controls.of_force(node.configuration(), &forces.by_force);
+            add(&own, &mut found.controls[place]);
         }
         if counts_steps {
             found.value += forces.cost;

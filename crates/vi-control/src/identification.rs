@@ -16,7 +16,7 @@ use crate::controls::Controls;
 use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
-use crate::objective::{Known, Objective, Quantity, Seen, Term};
+use crate::objective::{ByKnown, Known, Objective, Quantity, Seen, Term};
 use crate::sensitivities::{Beside, Direction, Growth, Increment, NodeForces, Sensitivities};
 use crate::terminal_rate::{NodeReader, NodeSources};
 use nalgebra::DMatrix;
@@ -415,28 +415,35 @@ impl Found<'_> {
     }
 
     /// The same of what reads accelerations, those of the steps on both sides where they are known,
-    /// or the acceleration level; `parameters`: of the design.
+    /// or the acceleration level; also of multipliers where they are not known. `parameters`: of the
+    /// design; `of_lambda` takes the derivatives by multipliers that are.
     fn of_level(
         &self,
         (y, reader, state): (&dyn NodeQuantity, &NodeReader, &State),
         weight: f64,
-        parameters: usize,
+        (parameters, of_lambda): (usize, &mut Vec<f64>),
         mut change: impl FnMut(usize, f64),
     ) -> f64 {
         let mut by = Costate::zero(state.q.len(), state.internal.len());
         let mut by_a = vec![0.0; state.q.len()];
         let mut moved = vec![0.0; parameters];
-        let acceleration = self.acceleration.filter(|_| y.reads().accelerations);
-        let (known, of_known) = match acceleration {
-            Some(own) => (Known::Acceleration(&own.dq), &mut by_a[..]),
-            None => (Known::State, &mut [][..]),
+        let reads = y.reads();
+        let forces = self.forces.filter(|_| reads.forces);
+        let acceleration = self.acceleration.filter(|_| reads.accelerations);
+        of_lambda.clear();
+        of_lambda.resize(forces.map_or(0, |own| own.lambda.len()), 0.0);
+        let known = Known {
+            lambda: forces.map(|own| &own.lambda[..]),
+            a: acceleration.map(|own| &own.dq[..]),
         };
-        let slopes = (&mut by, of_known);
+        let by_known = ByKnown { lambda: of_lambda, a: &mut by_a, force: &mut [] };
+        let slopes = (&mut by, by_known);
         let value = reader.add_slopes((y, &|_| weight), (state, known), slopes, &mut moved);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| moved[k]);
             let bent = acceleration.map_or(0.0, |own| dot(&by_a, &own.changes[j]));
-            change(j, by.along(own) + bent + moved);
+            let by_forces = forces.map_or(0.0, |own| dot(of_lambda, &own.changes[j]));
+            change(j, by.along(own) + by_forces + bent + moved);
         }
         weight * value
     }
@@ -506,10 +513,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             }
             let of_step = |own: &Share| {
                 let reads = trial.quantities[self.series[own.series].sensor].reads();
-                let is_known = match reads {
-                    Reads { forces: true, accelerations, .. } => !accelerations,
-                    Reads { accelerations, .. } => accelerations && reached < trial.steps,
-                };
+                let is_known = reads.forces || reads.accelerations && reached < trial.steps;
                 is_known && reached > 0 && !trial.run.reads_states()
             };
             let mut forces = None;
@@ -558,18 +562,17 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                             Some(Err(error)) => return Err(Refused(error.to_string())),
                             None => return Err(Refused("its acceleration level".to_owned())),
                         };
-                        let own = (&**own, reader, state);
-                        found.of_level(own, share.weights[1], parameters, change)
+                        let (own, with) = ((&**own, reader, state), (parameters, &mut of_lambda));
+                        found.of_level(own, share.weights[1], with, change)
                     }
                     Measurable::Node(own) => {
                         let slopes = [&mut slope, &mut of_v, &mut of_lambda, &mut of_z];
-                        let value = found.of_node(&**own, share.weights[1], slopes, change);
-                        if own.reads().forces {
-                            tangents.check_forces(&trial.run, &of_lambda).map_err(refused)?;
-                        }
-                        value
+                        found.of_node(&**own, share.weights[1], slopes, change)
                     }
                 };
+                if found.forces.is_some() && quantity.reads().forces {
+                    tangents.check_forces(&trial.run, &of_lambda).map_err(refused)?;
+                }
                 if !out[share.row].is_finite() {
                     return Err(refused(GradientError::NotANumber));
                 }

@@ -7,6 +7,7 @@
 //! ```
 //! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
+use crate::node::Reads;
 use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Product;
@@ -76,15 +77,39 @@ pub trait Term: Send + Sync {
     fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
 }
 
-/// What of a node is known beside its state.
-#[derive(Clone, Copy, Debug)]
-pub enum Known<'a> {
-    /// Nothing: multipliers and accelerations are those of the acceleration level.
-    State,
+/// What of a node is known beside its state by the steps of order 2 there; what is not is that of
+/// the acceleration level.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
     /// `λ` of the step from there, shape `m`.
-    Multipliers(&'a [f64]),
+    pub lambda: Option<&'a [f64]>,
     /// `a` of the steps on both sides, shape `n`.
-    Acceleration(&'a [f64]),
+    pub a: Option<&'a [f64]>,
+}
+
+impl Known<'_> {
+    /// Nothing.
+    pub const STATE: Self = Self { lambda: None, a: None };
+}
+
+/// Where derivatives by what is known of a node are added.
+#[derive(Debug, Default)]
+pub struct ByKnown<'a> {
+    /// By `λ`, shape `m`, where it is known.
+    pub lambda: &'a mut [f64],
+    /// By `a`, shape `n`, where it is known.
+    pub a: &'a mut [f64],
+    /// By forces on the coordinates, in the place of what is not known; shape `n`, or empty where
+    /// that is not wanted.
+    pub force: &'a mut [f64],
+}
+
+impl ByKnown<'_> {
+    /// The same for a while.
+    pub fn again(&mut self) -> ByKnown<'_> {
+        let Self { lambda, a, force } = self;
+        ByKnown { lambda, a, force }
+    }
 }
 
 /// A term of a node and of what the steps beside it give. As a term of the end it is that of the
@@ -93,15 +118,27 @@ pub trait StepTerm: Term {
     /// What a node costs.
     fn of_node(&self, node: &State, known: Known<'_>) -> f64;
     /// Adds `scale` times its derivatives by the state and by what is known, and the explicit ones
-    /// by parameters. Where that is the state alone, by forces on the coordinates in its place,
-    /// shape `n`, or not where that is empty. Returns what the node costs.
+    /// by parameters. Returns what the node costs.
     fn add_of_node(
         &self,
         node: (&State, Known<'_>),
         scale: f64,
-        slopes: (&mut Costate, &mut [f64]),
+        slopes: (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> f64;
+    /// What it reads.
+    fn reads(&self) -> Reads;
+}
+
+/// Which terms of steps count at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Which {
+    /// All.
+    All,
+    /// Those that read multipliers.
+    OfForces,
+    /// Those that read accelerations alone.
+    OfAccelerations,
 }
 
 /// Terms of nodes of a run of order 2 and of what the steps beside them give, weighted.
@@ -121,19 +158,30 @@ impl StepTerms {
         self.0.is_empty()
     }
 
+    /// What any of them reads.
+    fn reads(&self) -> Reads {
+        self.0.iter().fold(Reads::default(), |all, (.., term)| all.or(term.reads()))
+    }
+
     /// The terms that count at a node: weight, that of the trapezoidal rule, term.
-    fn at(&self, at: Place) -> impl Iterator<Item = ([f64; 2], &dyn StepTerm)> {
+    fn at(&self, at: Place, which: Which) -> impl Iterator<Item = ([f64; 2], &dyn StepTerm)> {
         let path = Place { is_last: false, ..at };
-        let all = self.0.iter().map(move |(weight, counted, term)| {
+        let counts = move |term: &dyn StepTerm| match which {
+            Which::All => true,
+            Which::OfForces => term.reads().forces,
+            Which::OfAccelerations => !term.reads().forces,
+        };
+        let all = self.0.iter().filter(move |(.., term)| counts(&**term));
+        let all = all.map(move |(weight, counted, term)| {
             ([at, path].map(|at| weight * counted.weight(at)), &**term)
         });
         all.filter(|(weights, _)| weights[0] != 0.0)
     }
 
-    /// What a node costs.
+    /// What a node costs by some of them.
     #[must_use]
-    pub fn of(&self, (node, known): (&State, Known<'_>), at: Place) -> f64 {
-        self.at(at).map(|([weight, _], term)| weight * term.of_node(node, known)).sum()
+    pub fn of(&self, which: Which, (node, known): (&State, Known<'_>), at: Place) -> f64 {
+        self.at(at, which).map(|([weight, _], term)| weight * term.of_node(node, known)).sum()
     }
 
     /// Adds its derivatives as [`StepTerm::add_of_node`] does; returns what it costs, and how much
@@ -141,13 +189,13 @@ impl StepTerms {
     pub fn add_of(
         &self,
         node: (&State, Known<'_>),
-        at: Place,
-        (of_state, of_known): (&mut Costate, &mut [f64]),
+        (at, which): (Place, Which),
+        (of_state, mut of_known): (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> [f64; 2] {
         let mut sums = [0.0; 2];
-        for (weights, term) in self.at(at) {
-            let slopes = (&mut *of_state, &mut *of_known);
+        for (weights, term) in self.at(at, which) {
+            let slopes = (&mut *of_state, of_known.again());
             let cost = term.add_of_node(node, weights[0], slopes, parameters);
             sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight * cost);
         }
@@ -454,8 +502,7 @@ impl<Q: Quantity> Term for Last<Q> {
 pub struct Objective {
     terms: Vec<(f64, Box<dyn Term>)>,
     along: Vec<(f64, Box<dyn Term>)>, // φ
-    forces: StepTerms,
-    accelerations: StepTerms,
+    steps: StepTerms,
 }
 
 impl std::fmt::Debug for Objective {
@@ -489,27 +536,17 @@ impl Objective {
         self.along.push((weight, term));
     }
 
-    /// Adds a term of nodes and of the multipliers of the steps from there: those of order 2.
-    pub fn add_force(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
-        self.forces.0.push((weight, counted, term));
+    /// Adds a term of nodes and of the multipliers of the steps from there, those of order 2, and of
+    /// their accelerations: those of the steps on both sides, at the last node those of the
+    /// acceleration level; at the first node both are of that level.
+    pub fn add_step_term(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
+        self.steps.0.push((weight, counted, term));
     }
 
-    /// Adds a term of nodes and of their accelerations: those of the steps of order 2 on both
-    /// sides, at the first and at the last node those of the acceleration level.
-    pub fn add_acceleration(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
-        self.accelerations.0.push((weight, counted, term));
-    }
-
-    /// Terms of multipliers.
+    /// Terms of multipliers and accelerations.
     #[must_use]
-    pub fn forces(&self) -> &StepTerms {
-        &self.forces
-    }
-
-    /// Terms of accelerations.
-    #[must_use]
-    pub fn accelerations(&self) -> &StepTerms {
-        &self.accelerations
+    pub fn steps(&self) -> &StepTerms {
+        &self.steps
     }
 
     /// Whether there is none.
@@ -527,20 +564,26 @@ impl Objective {
     /// Whether multipliers or accelerations of steps cost.
     #[must_use]
     pub fn counts_steps(&self) -> bool {
-        self.counts_forces() || !self.accelerations.is_empty()
+        !self.steps.is_empty()
     }
 
     /// Whether multipliers of steps cost.
     #[must_use]
     pub fn counts_forces(&self) -> bool {
-        !self.forces.is_empty()
+        self.steps.reads().forces
+    }
+
+    /// Whether accelerations by steps cost.
+    #[must_use]
+    pub fn counts_accelerations(&self) -> bool {
+        self.steps.reads().accelerations
     }
 
     /// Takes note of a node of a run, one after the other, before it counts.
     pub fn follow(&self, node: &State, seen: Seen) {
         let all = self.terms.iter().chain(&self.along);
         all.for_each(|(_, term)| term.follow(node.configuration(), seen));
-        let steps = self.forces.0.iter().chain(&self.accelerations.0);
+        let steps = self.steps.0.iter();
         steps.for_each(|(.., term)| term.follow(node.configuration(), seen));
     }
 

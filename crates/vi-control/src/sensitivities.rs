@@ -17,7 +17,7 @@
 use crate::backward::acceleration;
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, check_by_step, step_sources};
-use crate::objective::{Known, Objective, Place, Seen, StepGradient, StepTerms};
+use crate::objective::{ByKnown, Known, Objective, Place, Seen, StepGradient, Which};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
@@ -277,69 +277,54 @@ impl Sensitivities {
         beside.controls.set(self.step);
         let weight = if is_first || is_last { 0.5 * self.length } else { self.length };
         let at = Place { weight, is_last };
-        if is_first {
-            self.add_level(run.state(), beside, (objective.forces(), at));
-        }
+        let which = if is_first { Which::All } else { Which::OfAccelerations };
         if is_first || is_last {
-            self.add_level(run.state(), beside, (objective.accelerations(), at));
+            let tangents = self.tangents.clone();
+            let node = (run.state(), &tangents[..]);
+            self.add_of_steps(node, beside, (at, which), (None, None));
         }
         if is_first || !objective.counts_forces() {
             return Ok(());
         }
         self.find_forces(run, beside)?;
-        let node = run.state();
-        let NodeForces { lambda, changes, .. } = &self.forces;
-        let mut by = Costate::zero(node.q.len(), node.internal.len());
-        let mut of_lambda = vec![0.0; lambda.len()];
-        let (slopes, known) = ((&mut by, &mut of_lambda[..]), Known::Multipliers(lambda));
-        let parameters = &mut self.of_parameters;
-        let [_, along] = objective.forces().add_of((node, known), at, slopes, parameters);
-        for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += by.along(own) + dot(&of_lambda, &changes[k]);
-            if self.directions[k].step {
-                *rate += along / self.length;
-            }
-        }
+        let forces = std::mem::take(&mut self.forces);
+        let counts = objective.counts_accelerations() && !is_last;
+        let a = counts.then(|| self.before.acceleration(&forces.next, self.length));
+        let (tangents, known) = (self.tangents.clone(), (Some(&forces), a.as_ref()));
+        let node = (run.state(), &tangents[..]);
+        let of_lambda = self.add_of_steps(node, beside, (at, Which::OfForces), known);
+        self.forces = forces;
         self.check_forces(run, &of_lambda)
     }
 
-    /// What a node costs by the acceleration level.
-    fn add_level(&mut self, node: &State, beside: Beside<'_>, (terms, at): (&StepTerms, Place)) {
-        let mut by = Costate::zero(node.q.len(), node.internal.len());
-        let mut by_force = vec![0.0; node.q.len()];
-        let slopes = (&mut by, &mut by_force[..]);
-        let parameters = &mut self.of_parameters;
-        let [_, along] = terms.add_of((node, Known::State), at, slopes, parameters);
-        let by_controls = self.by_controls(node, beside.controls, &by_force);
-        for (k, (rate, own)) in self.rates.iter_mut().zip(&self.tangents).enumerate() {
-            *rate += by.along(own) + by_controls[k];
-            if self.directions[k].step {
-                *rate += along / self.length;
-            }
-        }
-    }
-
-    /// What the node where the last step began costs by its acceleration, that of the steps on both
-    /// sides.
-    fn add_acceleration(
+    /// What a node costs by what the steps beside it give, with the acceleration level in the place
+    /// of what they do not. Returns the derivatives by its multipliers.
+    fn add_of_steps(
         &mut self,
         (node, tangents): (&State, &[Tangent]),
-        objective: &Objective,
-        next: &Increment,
-    ) {
-        let a = self.before.acceleration(next, self.length);
-        let at = Place { weight: self.length, is_last: false };
+        Beside { controls, objective, .. }: Beside<'_>,
+        place: (Place, Which),
+        (forces, a): (Option<&NodeForces>, Option<&Increment>),
+    ) -> Vec<f64> {
         let mut by = Costate::zero(node.q.len(), node.internal.len());
-        let mut by_a = vec![0.0; node.q.len()];
-        let (slopes, known) = ((&mut by, &mut by_a[..]), Known::Acceleration(&a.dq));
-        let parameters = &mut self.of_parameters;
-        let [_, along] = objective.accelerations().add_of((node, known), at, slopes, parameters);
+        let [mut by_a, mut by_force] = [(); 2].map(|()| vec![0.0; node.q.len()]);
+        let mut of_lambda = vec![0.0; forces.map_or(0, |own| own.lambda.len())];
+        let known =
+            Known { lambda: forces.map(|own| &own.lambda[..]), a: a.map(|own| &own.dq[..]) };
+        let by_known = ByKnown { lambda: &mut of_lambda, a: &mut by_a, force: &mut by_force };
+        let (slopes, parameters) = ((&mut by, by_known), &mut self.of_parameters);
+        let [_, along] = objective.steps().add_of((node, known), place, slopes, parameters);
+        let by_controls = self.by_controls(node, controls, &by_force);
         for (k, (rate, own)) in self.rates.iter_mut().zip(tangents).enumerate() {
-            *rate += by.along(own) + dot(&by_a, &a.changes[k]);
+            *rate += by.along(own) + by_controls[k];
+            *rate += forces.map_or(0.0, |own| dot(&of_lambda, &own.changes[k]));
+            *rate += a.map_or(0.0, |own| dot(&by_a, &own.changes[k]));
             if self.directions[k].step {
-                *rate += (along - 2.0 * dot(&by_a, &a.dq)) / self.length;
+                let stretched = a.map_or(0.0, |own| 2.0 * dot(&by_a, &own.dq));
+                *rate += (along - stretched) / self.length;
             }
         }
+        of_lambda
     }
 
     /// One macro step of the run and of all tangents.
@@ -363,7 +348,7 @@ impl Sensitivities {
         self.add_forces(run, beside, false)?;
         beside.controls.set(step);
         self.p.clone_from(&run.state().p);
-        let counts = !beside.objective.accelerations().is_empty();
+        let counts = beside.objective.counts_accelerations();
         let follows = (counts || self.keeps) && !run.reads_states();
         let kept = if follows { self.tangents.clone() } else { Vec::new() };
         let node = (counts && step > 0).then(|| run.state().clone());
@@ -381,7 +366,10 @@ impl Sensitivities {
         if follows {
             let next = Increment::between(dq, &kept, &self.tangents);
             if let Some(node) = node {
-                self.add_acceleration((&node, &kept), beside.objective, &next);
+                let a = self.before.acceleration(&next, self.length);
+                let at = Place { weight: self.length, is_last: false };
+                let (place, known) = ((at, Which::OfAccelerations), (None, Some(&a)));
+                self.add_of_steps((&node, &kept), beside, place, known);
             }
             self.before = next;
         }

@@ -9,9 +9,9 @@
 //! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and
 //! accelerations those of the steps on both sides ([`StepTerm`]).
 
-use crate::node::{Node, Slopes};
+use crate::node::{Node, Reads, Slopes};
 pub use crate::node::{NodeQuantity, RateOf};
-use crate::objective::{Judged, Known, Seen, StepTerm, Term};
+use crate::objective::{ByKnown, Judged, Known, Seen, StepTerm, Term};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
@@ -197,19 +197,16 @@ impl NodeReader {
         then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
         let at = state.configuration();
-        let (lambda, a) = match known {
-            Known::State => (&[][..], &[][..]),
-            Known::Multipliers(lambda) => (lambda, &[][..]),
-            Known::Acceleration(a) => (&[][..], a),
-        };
+        let [lambda, a] = [known.lambda, known.a].map(Option::unwrap_or_default);
         if self.needs_no_velocity(y, known) {
             return Some(then(Node { at, v: &[], lambda, a }));
         }
-        match (&self.level, known) {
-            (Some((level, own)), Known::State) => {
+        match self.level_of(y, known) {
+            Some((level, own)) => {
                 let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
                 own.find(&self.mechanism, &*level.system, state).ok()?;
-                let (lambda, a) = (own.lambda(), own.a());
+                let lambda = known.lambda.unwrap_or(own.lambda());
+                let a = known.a.unwrap_or(own.a());
                 if !(self.mass.is_of_step() && y.reads_velocity()) {
                     return Some(then(Node { at, v: own.v(), lambda, a }));
                 }
@@ -246,9 +243,20 @@ impl NodeReader {
         Some(())
     }
 
+    /// The acceleration level, where a number reads of it what is not known otherwise.
+    fn level_of(
+        &self,
+        y: &dyn NodeQuantity,
+        Known { lambda, a }: Known<'_>,
+    ) -> Option<&(Level, Mutex<NodeAcceleration>)> {
+        let reads = y.reads();
+        let is_known = (lambda.is_some() || !reads.forces) && (a.is_some() || !reads.accelerations);
+        self.level.as_ref().filter(|_| !is_known)
+    }
+
     /// Whether a number follows from the configuration and from what is known.
     fn needs_no_velocity(&self, y: &dyn NodeQuantity, known: Known<'_>) -> bool {
-        !y.reads_velocity() && (self.level.is_none() || !matches!(known, Known::State))
+        !y.reads_velocity() && self.level_of(y, known).is_none()
     }
 
     /// The number at a node. Not a number where the node is not determined.
@@ -293,25 +301,22 @@ impl NodeReader {
     }
 
     /// Adds the derivatives of a number by the state and by what is known, and those by parameters
-    /// with these held, all times what `weigh` makes of the number. Where the state alone is known,
-    /// by forces on the coordinates in the place of that, shape `n` or empty. Returns the number.
+    /// with these held, all times what `weigh` makes of the number. Returns the number.
     pub fn add_slopes(
         &self,
         (y, weigh): (&dyn NodeQuantity, &dyn Fn(f64) -> f64),
         (state, known): (&State, Known<'_>),
-        (Costate { q, p, z }, of_known): (&mut Costate, &mut [f64]),
+        (Costate { q, p, z }, by_known): (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> f64 {
         let at = state.configuration();
         let Self { mechanism, n, m, .. } = self;
         let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
         let mut of_level = vec![0.0; *m];
+        let ByKnown { lambda: by_lambda, a: by_a, force } = by_known;
         let own = self.with(y, (state, known), |node| {
-            let (lambda, a) = match known {
-                Known::State => (&mut of_level[..], &mut of_a[..]),
-                Known::Multipliers(_) => (&mut *of_known, &mut of_a[..]),
-                Known::Acceleration(_) => (&mut of_level[..], &mut *of_known),
-            };
+            let lambda = if known.lambda.is_some() { by_lambda } else { &mut of_level[..] };
+            let a = if known.a.is_some() { by_a } else { &mut of_a[..] };
             let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
             let value = y.value(node);
             let scale = weigh(value);
@@ -328,13 +333,13 @@ impl NodeReader {
         if self.needs_no_velocity(y, known) {
             return value;
         }
-        let pulled = match (&self.level, known) {
-            (Some(level), Known::State) => {
+        let pulled = match self.level_of(y, known) {
+            Some(level) => {
                 let apart = self.mass.is_of_step().then(|| std::mem::take(&mut of_v));
                 let still = if apart.is_some() { vec![0.0; *n] } else { of_v };
                 let slopes = [&still[..], &of_a, &of_level];
                 let out: OfState<'_> = (&mut *q, &mut *p, &mut *z);
-                let out = (out, of_known);
+                let out = (out, force);
                 let level = pull_level((mechanism, level), at, slopes, out, parameters);
                 match apart {
                     Some(of_v) => {
@@ -425,15 +430,17 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
 
 impl<Q: NodeQuantity> Term for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
-        self.of_node(end, Known::State)
+        self.of_node(end, Known::STATE)
     }
     fn add_of_end(&self, end: &State, scale: f64, out: &mut Costate) {
-        self.add_of_node((end, Known::State), scale, (out, &mut []), &mut []);
+        let none = ByKnown::default();
+        self.add_of_node((end, Known::STATE), scale, (out, none), &mut []);
     }
     fn add_forces_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         if self.reader.level.is_some() {
             let mut by = Costate::zero(self.reader.n, end.internal.len());
-            self.add_of_node((end, Known::State), scale, (&mut by, out), &mut []);
+            let out = ByKnown { force: out, ..ByKnown::default() };
+            self.add_of_node((end, Known::STATE), scale, (&mut by, out), &mut []);
         }
     }
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
@@ -441,7 +448,7 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
             return;
         }
         let mut by = Costate::zero(self.reader.n, end.internal.len());
-        self.add_of_node((end, Known::State), scale, (&mut by, &mut []), out);
+        self.add_of_node((end, Known::STATE), scale, (&mut by, ByKnown::default()), out);
     }
     fn follow(&self, node: Configuration<'_>, seen: Seen) {
         self.quantity.follow(node, seen);
@@ -456,11 +463,14 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
         &self,
         node: (&State, Known<'_>),
         scale: f64,
-        slopes: (&mut Costate, &mut [f64]),
+        slopes: (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> f64 {
         let weigh = |y: f64| scale * self.judged.slope(y);
         let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
         self.judged.cost(y)
+    }
+    fn reads(&self) -> Reads {
+        self.quantity.reads()
     }
 }

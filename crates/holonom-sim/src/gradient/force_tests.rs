@@ -389,6 +389,29 @@ fn expressions_of_forces_agree_with_differences() {
     compare_all(&galerkin, &own, PATH);
 }
 
+/// Accelerations beside reactions in one expression, of a tree and of a closed loop: at the first
+/// node both are of the acceleration level, at the last one accelerations alone.
+#[test]
+fn accelerations_beside_reactions_agree_with_differences() {
+    let more = "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"shoulder\"\n\
+                [[sensor]]\nname = \"pull\"\ntype = \"reaction\"\nof = \"string\"\n\
+                [[sensor]]\nname = \"felt\"\ntype = \"imu\"\nof = \"lower\"\npoint = [\"= 0.1*length\", 0.0, 0.1]\n\
+                [[sensor]]\nname = \"slides\"\ntype = \"joint_acceleration\"\nof = \"slide\"\n";
+    let value = "value = \"0.1*held.fx*felt.az + k*slides*pull.tension + c*slide.rate*held.mx\"\n";
+    compare_both(&format!("{FORCES}{more}"), &[("expression", "", value, &[""])]);
+    compare_both(&format!("{}{OF_LOOP}", without_objectives(LINKAGE)), &LOOP_EXPRESSION);
+    let galerkin = by(&without_objectives(LINKAGE), "method = \"galerkin\"\norder = 4\n");
+    compare_both(&format!("{galerkin}{OF_LOOP}"), &LOOP_EXPRESSION);
+}
+
+/// Sensors of a closed loop.
+const OF_LOOP: &str = "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"cut\"\n\
+                       [[sensor]]\nname = \"turns\"\ntype = \"joint_acceleration\"\nof = \"pin\"\n";
+
+/// An expression of both.
+const LOOP_EXPRESSION: [(&str, &str, &str, &[&str]); 1] =
+    [("expression", "", "value = \"0.1*held.fx*turns + 0.03*turns^2 + 0.2*held.fy\"\n", &[""])];
+
 /// By the length of all steps at a fixed number of them, backward and forward, against runs with
 /// other steps.
 #[test]
@@ -398,6 +421,7 @@ fn forces_by_the_time_step_agree_with_differences() {
     let cut = "type = \"reaction\"\nof = \"cut\"\n";
     let other = "type = \"reaction\"\nof = \"other\"\n";
     let tether = "type = \"effort\"\nof = \"tether\"\n";
+    let both = "value = \"0.1*held.fx + 0.05*turns\"\n";
     let mut worst = 0.0_f64;
     for (text, sensor, part, steps) in [
         (&linkage, cut, "fx", ""),
@@ -406,6 +430,7 @@ fn forces_by_the_time_step_agree_with_differences() {
         (&HELD.to_owned(), tether, "effort", ""),
         (&HELD.to_owned(), tether, "effort", galerkin),
         (&linkage, "type = \"joint_acceleration\"\nof = \"pin\"\n", "", ""),
+        (&format!("{linkage}{OF_LOOP}"), &format!("type = \"expression\"\n{both}"), "", ""),
     ] {
         for at in ["", PATH] {
             let text = sensing(&by(text, steps), sensor, part, at);
@@ -459,8 +484,11 @@ fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
     let cut = "type = \"reaction\"\nof = \"cut\"\n";
     let pin = "type = \"joint_acceleration\"\nof = \"pin\"\n";
     let done = "type = \"work\"\nof = \"pin\"\n";
-    for (sensor, part, by_step) in [(cut, "fx", true), (pin, "", true), (done, "damper", false)] {
-        let text = sensing(&without_objectives(LINKAGE), sensor, part, PATH);
+    let both = format!("type = \"expression\"\n{}", LOOP_EXPRESSION[0].2);
+    let all = [(cut, "fx", true), (pin, "", true), (&both, "", true), (done, "damper", false)];
+    for (sensor, part, by_step) in all {
+        let text = format!("{}{OF_LOOP}", without_objectives(LINKAGE));
+        let text = sensing(&text, sensor, part, PATH);
         same_bits_with_checkpoints(&text, by_step);
     }
 }

@@ -293,10 +293,10 @@ impl Costs {
     ) -> Result<(), ModelError> {
         let key = format!("objective.{}.sensor", own.name);
         let (reads, of_states) = (quantity.reads(), run.reads_states() || system.stands);
-        forces::known(&key, reads, of_states)?;
         // multipliers and accelerations of order 2 are those of steps, but for the ends of a run
         let of_steps = reads.any() && !of_states;
-        let level = match reads.any() && !(of_steps && reads.forces && own.at == CountedAt::End) {
+        let is_known = of_steps && !reads.accelerations && own.at == CountedAt::End;
+        let level = match reads.any() && !is_known {
             true => Some(forces::level(system, tangents)?),
             false => None,
         };
@@ -308,8 +308,7 @@ impl Costs {
             CountedAt::Path => objective::Counted::Along,
         };
         match (own.at, of_steps) {
-            (_, true) if reads.accelerations => self.sum.add_acceleration(weight, counted, term),
-            (_, true) => self.sum.add_force(weight, counted, term),
+            (_, true) => self.sum.add_step_term(weight, counted, term),
             (CountedAt::End, false) => self.sum.add(weight, term),
             (CountedAt::Path, false) => self.sum.add_along(weight, term),
         }

@@ -20,8 +20,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
-use vi_control::objective::{Known, NodeCost, Objective, Place, Seen};
-use vi_control::sensitivities::{Beside, Increment, Sensitivities};
+use vi_control::objective::{Known, NodeCost, Objective, Place, Seen, Which};
+use vi_control::sensitivities::{Beside, Increment, NodeForces, Sensitivities};
 use vi_core::interval::Interval;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -185,21 +185,25 @@ impl StepCosts {
         if costs.iter().any(|own| own.sum.counts_steps()) {
             controls.set(step);
         }
-        let mut lambda = Vec::new();
+        let mut found = NodeForces::default();
         if !is_first && costs.iter().any(|own| own.sum.counts_forces()) {
             let beside = Sensitivities::new(run, self.h, Vec::new());
             let mut beside = beside.map_err(GradientFailure::Run)?;
             beside.begin_at(step);
             let with = Beside { controls, design: None, objective: &Objective::new() };
-            let found = beside.find_forces(run, with).map_err(GradientFailure::Run)?;
-            lambda.clone_from(&found.lambda);
+            found.clone_from(beside.find_forces(run, with).map_err(GradientFailure::Run)?);
         }
+        let a = self.before.as_ref().filter(|_| !is_last && !found.next.dq.is_empty());
+        let a = a.map(|before| before.acceleration(&found.next, self.h).dq);
         let state = run.state();
         for (value, own) in values.iter_mut().zip(costs) {
-            let known = if is_first { Known::State } else { Known::Multipliers(&lambda) };
-            *value += own.sum.forces().of((state, known), at);
+            let which = if is_first { Which::All } else { Which::OfAccelerations };
             if is_first || is_last {
-                *value += own.sum.accelerations().of((state, Known::State), at);
+                *value += own.sum.steps().of(which, (state, Known::STATE), at);
+            }
+            if !is_first {
+                let known = Known { lambda: Some(&found.lambda), a: a.as_deref() };
+                *value += own.sum.steps().of(Which::OfForces, (state, known), at);
             }
         }
         Ok(())
@@ -212,7 +216,8 @@ impl StepCosts {
             let a = before.acceleration(&next, self.h).dq;
             let at = Place { weight: self.h, is_last: false };
             for (value, own) in values.iter_mut().zip(costs) {
-                *value += own.sum.accelerations().of((node, Known::Acceleration(&a)), at);
+                let known = Known { a: Some(&a), ..Known::STATE };
+                *value += own.sum.steps().of(Which::OfAccelerations, (node, known), at);
             }
         }
         self.before = Some(next);
@@ -232,7 +237,7 @@ fn values_along(
     controls.set(0);
     let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
     let mut nodes: Vec<NodeCost> = begin.collect();
-    let accelerate = costs.iter().any(|own| !own.sum.accelerations().is_empty());
+    let accelerate = costs.iter().any(|own| own.sum.counts_accelerations());
     let mut beside = StepCosts { before: None, steps, h };
     for step in 0..steps {
         beside.add_node(&mut values, costs, (run, controls), step)?;

@@ -207,7 +207,7 @@ impl ModelTrials<'_> {
         let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();
         let run = prepared.simulation.integrator();
-        let (rows, of_states) = (run.rows().clone(), run.reads_states() || prepared.system.stands);
+        let rows = run.rows().clone();
         let mut reads = Reads::default();
         for own in &self.reads {
             let SensorRead { key, sensor } = match own {
@@ -224,7 +224,6 @@ impl ModelTrials<'_> {
             quantities.push(match Shown::of(of_run, system, key, of, &tangents)? {
                 Shown::Configuration(own, _) => Measurable::Configuration(Box::new(own)),
                 Shown::Node(own) => {
-                    forces::known(key, own.reads(), of_states)?;
                     reads = reads.or(own.reads());
                     Measurable::Node(own)
                 }

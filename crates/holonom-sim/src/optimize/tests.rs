@@ -174,6 +174,10 @@ fn accelerations_are_what_a_run_shows() {
     {
         compare_with_run(more, sensor, (bound, wanted));
     }
+    // beside a reaction in one expression
+    let held = "[[sensor]]\nname = \"held\"\ntype = \"reaction\"\nof = \"hinge\"\n\
+                [[sensor]]\nname = \"both\"\ntype = \"expression\"\nvalue = \"0.1*held.fx*swings + swings\"\n";
+    compare_with_run(&format!("{more}{held}"), "both", ("min", -1e3));
 }
 
 /// A crane: a cart on a rail with a load on a rope, driven by a force of two values and a spring.

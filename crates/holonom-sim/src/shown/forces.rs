@@ -279,19 +279,6 @@ pub(crate) fn masses(
     })
 }
 
-/// Refuses numbers of which parts are those of other steps; `of_states`: whether the run has the
-/// acceleration level alone.
-///
-/// # Errors
-/// [`ModelError`].
-pub(crate) fn known(key: &str, reads: Reads, of_states: bool) -> Result<(), ModelError> {
-    if of_states || !(reads.accelerations && reads.forces) {
-        return Ok(());
-    }
-    let what = "accelerations beside forces of constraints in one expression";
-    Err(refused(key, what, "take two sensors, or `order = 4`"))
-}
-
 /// The number of multipliers that a sensor shows.
 fn number(
     model: &Model,

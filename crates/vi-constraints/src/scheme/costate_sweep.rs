@@ -87,9 +87,10 @@ pub trait CostateSweep<S, C> {
 /// Takes a part of the equations of a step, impulses of its constraints, and costates.
 pub type PartVisitor<'a> = dyn FnMut(Place<'_>, &[f64], Costates<'_>) + 'a;
 
-/// Takes the impulses `h λ` of constraints and gives `∂J/∂(h λ)`, both of shape `m`; those of the
-/// internal constraints of bodies do not cost.
-pub type ImpulseCost<'a> = dyn FnMut(&[f64], &mut [f64]) + 'a;
+/// Takes the impulses `h λ` of constraints and gives `∂J/∂(h λ)`, both of shape `m`, and adds
+/// `∂J/∂q_{n+1}` of the same cost, shape `n`; the impulses of the internal constraints of bodies do
+/// not cost.
+pub type ImpulseCost<'a> = dyn FnMut(&[f64], [&mut [f64]; 2]) + 'a;
 
 /// Makes the sweep of a mechanism with these independent constraints over the steps of a method;
 /// `None` where its structure offers none that is faster.
@@ -277,7 +278,7 @@ impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization
         step.linearize(system, constraints, s, p)?;
         let by_impulse = &mut sources.rows; // its sources are of tangents
         by_impulse.fill(0.0);
-        cost(step.impulse(), by_impulse);
+        cost(step.impulse(), [by_impulse, &mut costate.q]);
         step.pull_with(system, constraints, s, by_impulse, costate)
     }
 

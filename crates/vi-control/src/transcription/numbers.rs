@@ -25,7 +25,7 @@ use super::piece::{Effect, Kind, Piece, add_product, products};
 use super::point::Point;
 use super::problem::{CostKind, Problem, ProblemError, Quantity, Uncovered};
 use crate::node::{NodeQuantity, Reads};
-use crate::objective::{self, Known, Seen};
+use crate::objective::{self, ByKnown, Known, Seen};
 use crate::program::Undefined;
 use crate::terminal_rate::NodeReader;
 use nalgebra::DMatrix;
@@ -128,7 +128,7 @@ impl Transcription {
             Quantity::Configuration(own) => own.value(point.configuration(n)),
             Quantity::Node(own) => {
                 let read = |all: &Velocities| {
-                    all.reader.value(&**own, &self.state(point, n), Known::State)
+                    all.reader.value(&**own, &self.state(point, n), Known::STATE)
                 };
                 self.velocities.as_ref().map_or(f64::NAN, read)
             }
@@ -231,8 +231,8 @@ impl Transcription {
         };
         let (piece, state) = (&point.pieces[number], self.state(point, n));
         let mut by = Costate::zero(self.n, 0);
-        let slopes = (&mut by, &mut [][..]);
-        all.reader.add_slopes((own, &|_| 1.0), (&state, Known::State), slopes, &mut []);
+        let slopes = (&mut by, ByKnown::default());
+        all.reader.add_slopes((own, &|_| 1.0), (&state, Known::STATE), slopes, &mut []);
         let Costate { q: of_q, p: of_p, .. } = by;
         let (span, mut slopes) = (self.division.span(), Vec::new());
         let of_p = DMatrix::from_vec(self.n, 1, of_p);

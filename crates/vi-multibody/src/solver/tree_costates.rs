@@ -228,12 +228,12 @@ impl TreeCostates {
         joints.balance(mechanism, s)
     }
 
-    /// `μ_J` of what impulses cost; 0 where they do not.
+    /// `μ_J` of what impulses cost; 0 where they do not. `a` takes what `q_{n+1}` costs with them.
     fn take_costs(
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        cost: Option<&mut ImpulseCost<'_>>,
+        (cost, a): (Option<&mut ImpulseCost<'_>>, &mut [f64]),
     ) {
         let Self { joints, loops, along, moved, wanted, tree, .. } = self;
         along.iter_mut().for_each(|along| along.moved = 0.0);
@@ -242,7 +242,7 @@ impl TreeCostates {
         }
         let (Some(joints), Some(cost)) = (joints, cost) else { return };
         wanted.fill(0.0);
-        cost(&joints.impulse, wanted);
+        cost(&joints.impulse, [wanted, a]);
         wanted.iter_mut().for_each(|r| *r = -*r);
         joints.spread(tree, wanted, moved);
         for (along, own) in along.iter_mut().zip(system.along_unknowns()) {
@@ -329,7 +329,7 @@ impl TreeCostates {
         self.ends = [false, self.ends[0]];
         self.take_balance(system, s, p)?;
         self.take_joints(system, mechanism, s)?;
-        self.take_costs(system, s, cost);
+        self.take_costs(system, s, (cost, a));
         if let Some(other) = &mut self.other {
             transposed(system, s, [Slot::Second; 2], b, a);
             let emit = |into: &mut dyn Entries| {
