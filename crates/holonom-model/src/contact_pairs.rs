@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 use vi_rigid::gap::ContactShape;
 
 use crate::types::contact::{BodyNames, Contact, ContactModel, ContactPlane, ContactSide};
@@ -281,23 +282,36 @@ impl Shape {
         corners: Vec<Vector3<f64>>,
     ) -> Option<ContactShape> {
         let at = |k: usize| self.dimensions.get(k).copied().unwrap_or_default();
+        let position = Vector3::from(self.position.unwrap_or_default());
+        self.contact_shape_of(axes, (&at, position), corners)
+    }
+
+    /// The same with these dimensions and this place; corners as they are.
+    #[must_use]
+    pub fn contact_shape_of<S: Number>(
+        &self,
+        axes: &Matrix3<f64>,
+        (at, position): (&dyn Fn(usize) -> S, Vector3<S>),
+        corners: Vec<Vector3<f64>>,
+    ) -> Option<ContactShape<S>> {
         let inwards = axes.transpose();
         let turn = inwards * self.quaternion.map_or_else(Matrix3::identity, rotation_of);
-        let center = inwards * Vector3::from(self.position.unwrap_or_default());
-        let along = |length: f64| turn * Vector3::z() * (0.5 * length);
-        let cylinder = |radius: f64, length: f64| {
+        let (turn, center) = (turn.map(S::of), inwards.map(S::of) * position);
+        let half = S::of(0.5);
+        let along = |length: S| turn * Vector3::z() * (half * length);
+        let cylinder = |radius: S, length: S| {
             let half = along(length);
             ContactShape::Cylinder { ends: [center - half, center + half], radius }
         };
         match self.kind {
             ShapeKind::Sphere => Some(ContactShape::sphere(center, at(0))),
             ShapeKind::Box => {
-                let half_lengths = 0.5 * Vector3::new(at(0), at(1), at(2));
+                let half_lengths = Vector3::new(at(0), at(1), at(2)) * half;
                 Some(ContactShape::Box { center, axes: turn, half_lengths })
             }
             ShapeKind::Mesh => {
-                let points = corners.iter().map(|x| inwards * x).collect();
-                Some(ContactShape::Points { points, radius: 0.0 })
+                let points = corners.iter().map(|x| (inwards * x).map(S::of)).collect();
+                Some(ContactShape::Points { points, radius: S::of(0.0) })
             }
             ShapeKind::Capsule => {
                 let half = along(at(1));

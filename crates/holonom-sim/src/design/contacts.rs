@@ -1,17 +1,21 @@
-//! Compliant contacts, elastic stops and smooth friction by the numbers of their laws.
+//! Compliant contacts by the numbers of their laws and shapes, elastic stops and smooth friction by
+//! those of their laws.
 //!
-//! Shapes that touch do not change: a parameter that enters one is refused.
+//! Shapes that touch change with their dimensions and places; a parameter that turns one, or that
+//! enters a mesh or a plane, is refused.
 
 use super::{Chain, LEAVE_OUT, ModelTangent, refused};
+use crate::system::contact_origin::TouchingBodies;
 use crate::system::joint_drive::{bumper, friction};
-use holonom_model::{Contact, FrictionCourse, Limits, ModelError};
+use holonom_model::{Contact, FrictionCourse, Limits, ModelError, ShapeKind};
 use std::sync::Arc;
 use vi_core::num_dual::Dual64;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::contact::compliant_change::CompliantChange;
-use vi_multibody::contact::compliant_contact::CompliantLaw;
+use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
 use vi_multibody::design::EffortTangent;
 use vi_multibody::stribeck::Stribeck;
+use vi_rigid::gap::ContactShape;
 
 /// A course that does not change.
 const STEADY: Stribeck =
@@ -73,10 +77,10 @@ impl Chain<'_> {
         found
     }
 
-    /// Laws of compliant contacts.
+    /// Laws and shapes of compliant contacts.
     ///
     /// # Errors
-    /// [`ModelError`] where a shape or a plane changes.
+    /// [`ModelError`] where a shape turns, or a plane or a mesh changes.
     pub(super) fn contacts(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         let out = &mut found.numbers;
         for (k, origin) in self.system.contacts.iter().enumerate() {
@@ -85,12 +89,14 @@ impl Chain<'_> {
             };
             let stated = self.stated.contacts.iter().find(|own| own.name == shapes.contact);
             let Some(stated) = stated else { continue };
-            let sides = shapes.sides(0);
-            [sides.a, sides.b].into_iter().try_for_each(|name| self.keeps_shape(name))?;
             self.keeps_plane(stated)?;
-            let Some(by) = self.contact_law(stated, contact.law()) else { continue };
-            found.contacts.push((k, by));
-            let change = CompliantChange { contact: (**contact).clone(), by };
+            let by = self.contact_law(stated, contact.law());
+            let moved = self.shapes(&shapes.bodies, contact)?;
+            if by.is_none() && moved.is_none() {
+                continue;
+            }
+            let change = CompliantChange { contact: contact.clone(), by, shapes: moved };
+            found.contacts.push((k, change.clone()));
             let quadrature = self.system.dynamics.quadrature;
             out.potentials.push(Arc::from(quadrature.discretize(change.clone())));
             out.forces.push((stated.name.clone(), Arc::new(change)));
@@ -123,12 +129,67 @@ impl Chain<'_> {
         (by != steady).then_some(by)
     }
 
-    /// Refuses a body whose shape changes.
-    fn keeps_shape(&self, name: &str) -> Result<(), ModelError> {
-        let Some(body) = self.stated.body(name) else { return Ok(()) };
-        let part = if body.collision.is_empty() { "shape" } else { "collision" };
-        let key = format!("body.{name}.{part}");
-        self.refuse_where(self.slopes.touches(&key), &key)
+    /// A contact with the derivatives of its shapes; `None` where these do not change.
+    fn shapes(
+        &self,
+        bodies: &TouchingBodies,
+        contact: &CompliantContact,
+    ) -> Result<Option<Arc<CompliantContact<Dual64>>>, ModelError> {
+        let TouchingBodies::Pair { a, b, shapes: which, .. } = bodies else { return Ok(None) };
+        let [on_a, on_b] = contact.pair().shapes();
+        let own = [(&a[..], which[0], on_a), (&b[..], which[1], on_b)].map(|own| self.shape(own));
+        let [on_a, on_b] = own;
+        let (on_a, on_b) = (on_a?, on_b?);
+        if on_a.is_none() && on_b.is_none() {
+            return Ok(None);
+        }
+        let [of_a, of_b] = contact.pair().shapes().map(ContactShape::lifted);
+        let moved = contact.with_tangent([on_a.unwrap_or(of_a), on_b.unwrap_or(of_b)]);
+        Ok(moved.map(Arc::new))
+    }
+
+    /// A shape of a body with its derivative; `None` where it does not change.
+    fn shape(
+        &self,
+        (name, which, own): (&str, usize, &ContactShape),
+    ) -> Result<Option<ContactShape<Dual64>>, ModelError> {
+        let body = self.stated.body(name).filter(|_| !matches!(own, ContactShape::Plane { .. }));
+        let Some((body, frame)) = body.and_then(|own| Some((own, self.model.frame(name)?))) else {
+            return Ok(None);
+        };
+        let axes = self.principal(frame).transpose();
+        let is_own = !body.collision.is_empty();
+        let mut seen = 0;
+        for (i, shape) in body.contact_shapes().iter().enumerate() {
+            let key = match is_own {
+                true => format!("body.{name}.collision.{i}"),
+                false => format!("body.{name}.shape"),
+            };
+            let touches = |part: &str| self.slopes.touches(&format!("{key}.{part}"));
+            let changes = touches("dimensions") || touches("position");
+            let is_mesh = shape.kind == ShapeKind::Mesh;
+            self.refuse_where(is_mesh && self.slopes.touches(&key), &key)?;
+            let at = |k: usize| {
+                let own = shape.dimensions.get(k).copied().unwrap_or_default();
+                self.slopes.number(&format!("{key}.dimensions.{k}"), own)
+            };
+            let position = shape.position.unwrap_or_default();
+            let position = self.slopes.vector(&format!("{key}.position"), position);
+            let found = shape.contact_shape_of(&axes, (&at, position), Vec::new());
+            let below = format!("{key}.");
+            let left =
+                |own: &String| is_own && own.starts_with(&below) && !own.ends_with(".density");
+            if let Some(key) = self.slopes.left().into_iter().find(left) {
+                self.refuse_where(true, &key)?;
+            }
+            if found.is_some() {
+                if seen == which {
+                    return Ok(found.filter(|_| changes));
+                }
+                seen += 1;
+            }
+        }
+        Ok(None)
     }
 
     /// Refuses a plane that is placed by a frame that moves.
@@ -142,8 +203,11 @@ impl Chain<'_> {
             return Ok(());
         }
         let name = self.formulas.name();
-        let what = format!("the derivative by `{name}`, which changes a shape that touches");
-        let help = format!("state its `collision` by numbers of its own, or {LEAVE_OUT}");
+        let what = format!(
+            "the derivative by `{name}`, which turns a shape that touches, or changes a mesh or a plane"
+        );
+        let help =
+            format!("let it change `dimensions` and `position` of other shapes, or {LEAVE_OUT}");
         Err(refused(key, what, help))
     }
 }

@@ -16,7 +16,7 @@ mod followed_rates;
 mod forces;
 mod formulas;
 mod geometry;
-mod relaxed;
+pub(crate) mod relaxed;
 mod rolling;
 mod signals;
 pub(crate) mod start;
@@ -38,7 +38,7 @@ use vi_beam::design::ElementsTangent;
 use vi_core::SparseMatrix;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ForceElements;
-use vi_multibody::contact::compliant_contact::CompliantLaw;
+use vi_multibody::contact::compliant_change::CompliantChange;
 use vi_multibody::design::{EffortTangent, MechanismDesign, MechanismTangent, MovedFrames};
 use vi_multibody::form::Form;
 use vi_rigid::directors::{self, FRAME};
@@ -74,8 +74,8 @@ pub struct ModelTangent {
     pub(crate) bushings: Vec<(String, MovedFrames)>,
     /// Elements of beams.
     pub(crate) elements: Option<Arc<ElementsTangent>>,
-    /// Laws of compliant contacts, by their places among the contacts of the system.
-    pub(crate) contacts: Vec<(usize, CompliantLaw)>,
+    /// Compliant contacts, by their places among the contacts of the system.
+    pub(crate) contacts: Vec<(usize, CompliantChange)>,
     /// Loads along beams that come to the others, in space or along the axes of the beam.
     pub(crate) along_beams: Vec<holonom_model::Load>,
     /// Places along beams.
@@ -156,7 +156,7 @@ pub(crate) fn of_sensor(key: &str) -> Option<&str> {
 }
 
 /// Whether a key is of pictures, or of shapes that touch others: with a rigid contact a run has no
-/// derivative, and those of compliant ones were refused before.
+/// derivative, and what is left of compliant ones was refused before.
 fn is_drawn(key: &str) -> bool {
     let mut parts = key.split('.');
     let member = matches!(parts.next(), Some("body" | "particle"));

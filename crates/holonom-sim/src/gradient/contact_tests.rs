@@ -3,7 +3,7 @@
 
 use super::comparison::{PATH, Seen, Worst, sensing};
 use super::force_models::without_objectives;
-use super::tests::{changed, check, found};
+use super::tests::{LINKAGE, changed, check, found};
 
 /// A pendulum with smooth friction that swings against an elastic stop.
 const STOPPED: &str = r#"
@@ -184,15 +184,84 @@ fn impulses_of_contacts_are_refused_with_a_remedy() {
     assert!(error.contains("jump") && error.contains("seen"), "{error}");
 }
 
-#[test]
-fn shapes_that_touch_and_change_are_named() {
-    let text = changed(
+/// Radii and places of spheres on a plane and on each other.
+fn grown() -> String {
+    let of_ball = "dimensions = [\"= radius\"], position = [0.0, \"= 0.05*speed\", \"= radius - 0.1\"] }]\n[[body]]";
+    let of_other = "dimensions = [\"= 0.09 + 0.1*radius\"] }]\n[[contact]]";
+    changed(
         BALLS,
-        &[("dimensions = [0.1] }]\n[[body]]", "dimensions = [\"= 0.2*speed\"] }]\n[[body]]")],
+        &[
+            ("dimensions = [0.1] }]\n[[body]]", of_ball),
+            ("dimensions = [0.1] }]\n[[contact]]", of_other),
+            ("speed = 0.5\n", "speed = 0.5\nradius = 0.1\n"),
+            ("gravity = -9.81\n", ""),
+        ],
+    )
+}
+
+/// Sizes and places of shapes that touch, with the force and the gap that sensors show.
+#[test]
+fn shapes_that_touch_have_derivatives() {
+    check("balls", &grown(), 1e-6);
+    let text = without_objectives(&changed(&grown(), &[("end = 0.2", "end = 0.05")]));
+    let all = [
+        ("type = \"contact_force\"\nof = \"floor\"\n", "2", PATH),
+        ("type = \"contact_force\"\nof = \"each other\"\n", "0", PATH),
+        ("type = \"gap\"\nof = \"floor\"\n", "", PATH),
+        ("type = \"gap\"\nof = \"each other\"\n", "", ""),
+    ];
+    let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+    Worst::default().compare_all(&text, &all, [1e-6, 1e-11]);
+}
+
+/// A box, a capsule and an ellipsoid that fall on a plane, and a ball on a box: their dimensions
+/// change mass and inertia as well.
+#[test]
+fn boxes_capsules_and_ellipsoids_that_touch_have_derivatives() {
+    let text = r#"
+model = { name = "heap", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.0005, end = 0.06 }
+parameters = { a = 0.3, b = 0.1, r = 0.05 }
+body = [
+  { name = "block", position = [0.0, 0.0, 0.09], rotation_vector = [0.3, 0.2, 0.1], velocity = [0.3, 0.0, -0.4], shape = { type = "box", dimensions = ["= a", "= a/2", "= b"], density = 600.0 } },
+  { name = "pill", position = [1.0, 0.0, 0.06], rotation_vector = [1.2, 0.2, 0.0], velocity = [0.0, 0.3, -0.3], shape = { type = "capsule", dimensions = ["= r", "= a"], density = 900.0 } },
+  { name = "egg", position = [2.0, 0.0, 0.07], rotation_vector = [0.4, 0.1, 0.0], velocity = [0.1, 0.0, -0.3], shape = { type = "ellipsoid", dimensions = ["= b", "= r", "= b - 0.02"], density = 700.0 } },
+  { name = "ball", position = [0.02, 0.01, 0.195], velocity = [0.0, 0.1, -0.2], mass = 0.4, inertia = [0.0004, 0.0004, 0.0004], collision = [{ type = "sphere", dimensions = ["= r"] }] }]
+contact = [
+  { name = "floor", a = { plane = { position = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0] } }, b = ["block", "pill", "egg"], friction = 0.2, model = { type = "hunt_crossley", stiffness = 2.0e4, dissipation = 0.3, transition_velocity = 0.05 } },
+  { name = "lid", a = "block", b = "ball", model = { type = "hunt_crossley", stiffness = 9.0e3 } }]
+sensor = [{ name = "px", type = "position", of = "block" }, { name = "py", type = "position", of = "pill" }, { name = "pz", type = "position", of = "egg" }, { name = "pw", type = "position", of = "ball" }]
+objective = [{ name = "ox", type = "sensor", sensor = "px.z", at = "path", weight = 30.0 }, { name = "oy", type = "sensor", sensor = "py.z", at = "path", weight = 30.0 }, { name = "oz", type = "sensor", sensor = "pz.z", at = "path", weight = 30.0 }, { name = "ow", type = "sensor", sensor = "pw.z", at = "path", weight = 30.0 }]
+"#;
+    check("heap", text, 1e-6);
+    let galerkin = changed(text, &[("end = 0.06", "end = 0.02, method = \"galerkin\", order = 4")]);
+    check("heap, Galerkin", &galerkin, 1e-6);
+}
+
+/// A capsule on the coupler of a closed loop on a plane.
+#[test]
+fn shapes_of_a_closed_loop_that_touch_have_derivatives() {
+    let capsule = "mass = \"= mass\"\ncollision = [{ type = \"capsule\", dimensions = [\"= 0.05*mass\", \"= 0.3*coupler\"], position = [\"= 0.1*stiffness - 0.5\", 0.0, 0.0] }]\n";
+    let floor = "[[contact]]\nname = \"floor\"\na = { plane = { position = [0.0, 0.0, 0.33], normal = [0.0, 0.0, 1.0] } }\nb = \"coupler\"\nfriction = 0.2\n\
+                 model = { type = \"hunt_crossley\", stiffness = 3000.0, dissipation = 0.2, transition_velocity = 0.1 }\n";
+    let text = changed(
+        LINKAGE,
+        &[
+            ("mass = \"= mass\"\n", capsule),
+            ("step = 0.01", "step = 0.001"),
+            ("end = 0.4", "end = 0.1"),
+        ],
     );
+    check("linkage", &format!("{text}{floor}"), 1e-6);
+}
+
+#[test]
+fn shapes_that_touch_and_turn_are_named() {
+    let turned = "dimensions = [0.1], quaternion = [1.0, 0.0, 0.0, \"= speed - 0.5\"] }]\n[[body]]";
+    let text = changed(BALLS, &[("dimensions = [0.1] }]\n[[body]]", turned)]);
     let error = found(&text, false).unwrap_err().to_string();
     println!("{error}");
-    assert!(error.contains("body.ball.collision") && error.contains("a shape that touches"));
+    assert!(error.contains("body.ball.collision.0.quaternion") && error.contains("turns a shape"));
     let plane = changed(
         BALLS,
         &[(

@@ -1,28 +1,32 @@
 //! Forces and gaps of compliant contacts, with derivatives.
 //!
 //! ```text
-//! F = Σ ± (F_N n + F_T)(q, v̂; θ)         ∂F/∂q, ∂F/∂v̂: by dual numbers, F_θ of the law
-//! g = min g_i(q)                         ∂g/∂q of the feature that has it
+//! F = Σ ± (F_N n + F_T)(q, v̂; θ)         ∂F/∂q, ∂F/∂v̂: by dual numbers, F_θ of law and shapes
+//! g = min g_i(q)                         ∂g/∂q, g_θ of the feature that has it
 //! ```
 //! Those of rigid contacts are impulses over a step, which jump where a contact opens, closes,
 //! sticks or slips: runs with them have no derivatives.
 
 use super::{Asked, OfNode};
-use crate::design::refused;
+use crate::design::{ModelTangent, refused};
 use crate::sensor::{Signs, signed};
 use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_control::node::{Node, NodeQuantity, Slopes};
-use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
+use vi_multibody::contact::compliant_change::CompliantChange;
+use vi_multibody::contact::compliant_contact::CompliantContact;
 
 /// The sum of forces in space along an axis.
 struct Pressed {
     own: Vec<(Arc<CompliantContact>, f64)>, // with signs
     axis: usize,
-    by: Vec<Vec<(usize, CompliantLaw)>>, // of which of them, in the order of the parameters
+    by: Changes,
 }
+
+/// Of which of the contacts they are, in the order of the parameters.
+type Changes = Vec<Vec<(usize, CompliantChange)>>;
 
 impl NodeQuantity for Pressed {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
@@ -36,20 +40,24 @@ impl NodeQuantity for Pressed {
         }
     }
     fn by_parameter(&self, parameter: usize, Node { at, v, .. }: Node<'_>) -> f64 {
-        let one = |(k, by): &(usize, CompliantLaw)| {
-            let (own, sign) = &self.own[*k];
-            *sign * own.total_force_change(by, at.q, v)[self.axis]
+        let one = |(k, by): &(usize, CompliantChange)| {
+            self.own[*k].1 * by.total_force(at.q, v)[self.axis]
         };
         self.by.get(parameter).map_or(0.0, |all| all.iter().map(one).sum())
     }
 }
 
 /// The smallest gap of some contacts.
-struct Gap(Vec<Arc<CompliantContact>>);
+struct Gap {
+    own: Vec<Arc<CompliantContact>>,
+    by: Changes,
+}
 
 impl Gap {
-    fn smallest(&self, q: &[f64]) -> Option<(&CompliantContact, f64)> {
-        let gaps = self.0.iter().filter_map(|own| Some((&**own, own.smallest_gap(q)?)));
+    /// Which it is, and its gap.
+    fn smallest(&self, q: &[f64]) -> Option<(usize, f64)> {
+        let gaps = self.own.iter().enumerate();
+        let gaps = gaps.filter_map(|(k, own)| Some((k, own.smallest_gap(q)?)));
         gaps.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
@@ -59,9 +67,15 @@ impl NodeQuantity for Gap {
         self.smallest(at.q).map_or(f64::NAN, |(_, gap)| gap)
     }
     fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
-        if let Some((own, _)) = self.smallest(at.q) {
-            own.add_gap_slope(at.q, scale, out.q);
+        if let Some((k, _)) = self.smallest(at.q) {
+            self.own[k].add_gap_slope(at.q, scale, out.q);
         }
+    }
+    fn by_parameter(&self, parameter: usize, Node { at, .. }: Node<'_>) -> f64 {
+        let (Some(by), Some((k, _))) = (self.by.get(parameter), self.smallest(at.q)) else {
+            return 0.0;
+        };
+        by.iter().filter(|own| own.0 == k).map(|(_, by)| by.smallest_gap(at.q)).sum()
     }
     fn reads_velocity(&self) -> bool {
         false
@@ -94,16 +108,20 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
     if !is_force {
         let of_contact =
             |own: &&ContactOrigin| own.shapes().is_some_and(|s| s.contact == sensor.of);
-        let read = origins.iter().filter(of_contact).map(compliant);
-        return Ok(Some(Box::new(Gap(read.collect::<Result<_, _>>()?))));
+        let read: Vec<usize> = (0..origins.len()).filter(|k| of_contact(&&origins[*k])).collect();
+        let own = read.iter().map(|k| compliant(&origins[*k])).collect::<Result<_, _>>()?;
+        let by = changes(tangents, |k| read.iter().position(|own| *own == k));
+        return Ok(Some(Box::new(Gap { own, by })));
     }
     let signed = signed(origins, &sensor.of);
     let one = |(k, sign): &(u32, Signs)| Ok((compliant(&origins[*k as usize])?, sign.of(0)));
     let own = signed.iter().map(one).collect::<Result<_, ModelError>>()?;
-    let place = |(k, by): &(usize, CompliantLaw)| {
-        signed.iter().position(|own| own.0 as usize == *k).map(|place| (place, *by))
-    };
-    let by = tangents.iter().map(|own| own.contacts.iter().filter_map(place).collect());
-    let by = by.collect();
+    let by = changes(tangents, |k| signed.iter().position(|own| own.0 as usize == k));
     Ok(Some(Box::new(Pressed { own, axis: part, by })))
+}
+
+/// What parameters change of the contacts of a sensor, `place`: of one of the system among these.
+fn changes(tangents: &[ModelTangent], place: impl Fn(usize) -> Option<usize>) -> Changes {
+    let one = |(k, by): &(usize, CompliantChange)| Some((place(*k)?, by.clone()));
+    tangents.iter().map(|own| own.contacts.iter().filter_map(one).collect()).collect()
 }

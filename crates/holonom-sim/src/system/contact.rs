@@ -66,7 +66,8 @@ fn add_pair<'a>(
     let both: Vec<_> = both.collect();
     let counts: Vec<u32> = both.iter().map(|[a, b]| features(a, b)).collect();
     let (mut first, features) = (0, counts.iter().sum());
-    for (shapes, count) in both.into_iter().zip(counts) {
+    for (k, (shapes, count)) in both.into_iter().zip(counts).enumerate() {
+        let which = [k / on_b.len(), k % on_b.len()];
         let (element, origins) = match compliant_law(pair.contact) {
             Some(law) => {
                 let own = CompliantContact::new(frames, shapes, law).map_err(refused)?;
@@ -82,7 +83,7 @@ fn add_pair<'a>(
             }
         };
         let (a, b) = (a.to_owned(), b.clone());
-        let bodies = TouchingBodies::Pair { a, b, first, features };
+        let bodies = TouchingBodies::Pair { a, b, first, features, shapes: which };
         let contact = contact.clone();
         origins.push(ContactOrigin::Shapes(TouchingShapes { contact, bodies, element }));
         first += count;

@@ -49,6 +49,8 @@ pub enum TouchingBodies {
         first: u32,
         /// How many features the two bodies have.
         features: u32,
+        /// Which of the shapes of both they are.
+        shapes: [usize; 2],
     },
     /// Of each shape of a group its body; shapes of one body stand side by side.
     Group(Vec<String>),
@@ -107,7 +109,7 @@ impl TouchingShapes {
     #[must_use]
     pub fn sides(&self, feature: u32) -> Sides<'_> {
         match (&self.bodies, &self.element) {
-            (TouchingBodies::Pair { a, b, first, features }, _) => {
+            (TouchingBodies::Pair { a, b, first, features, .. }, _) => {
                 Sides { a, b, number: first + feature, of: *features }
             }
             (TouchingBodies::Group(bodies), ShapeElement::Group(group)) => {

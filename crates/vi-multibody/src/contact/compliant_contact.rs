@@ -25,12 +25,11 @@ use super::shape_contact::frame;
 use crate::force::stribeck::{Stribeck, lifted};
 use crate::pair::joint::FrameId;
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Motion;
-use vi_core::Number;
 use vi_core::force::{Force, NoTimeSlope};
-use vi_core::num_dual::{Dual64, HyperDual64};
+use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
+use vi_core::{Motion, Number, Part};
 use vi_rigid::directors::{FRAME, center, director};
 use vi_rigid::gap::{ContactPoint, ContactShape, NoGap, Pair, is_smooth, lasting, smooth_contact};
 
@@ -75,10 +74,11 @@ impl CompliantLaw {
     }
 }
 
-/// Two shapes that touch with a compliance.
+/// Two shapes that touch with a compliance; with dual numbers they have their derivatives by a
+/// parameter beside them.
 #[derive(Clone, Debug)]
-pub struct CompliantContact {
-    pair: Pair,
+pub struct CompliantContact<S = f64> {
+    pair: Pair<S>,
     frames: [FrameId; 2],
     law: CompliantLaw,
 }
@@ -120,6 +120,16 @@ impl CompliantContact {
         &self.pair
     }
 
+    /// The same with derivatives of the shapes; `None` of shapes of another kind.
+    #[must_use]
+    pub fn with_tangent(
+        &self,
+        shapes: [ContactShape<Dual64>; 2],
+    ) -> Option<CompliantContact<Dual64>> {
+        let Self { pair, frames, law } = self;
+        Some(CompliantContact { pair: Pair::alike(pair, shapes)?, frames: *frames, law: *law })
+    }
+
     /// Its law.
     #[must_use]
     pub fn law(&self) -> &CompliantLaw {
@@ -130,6 +140,11 @@ impl CompliantContact {
     #[must_use]
     pub fn gap(&self, feature: u32, q: &[f64]) -> f64 {
         self.at(feature, self.own(q, |_, x| x)).gap
+    }
+
+    /// The change of the smallest of its gaps with the shapes; 0 where they have none.
+    pub(super) fn smallest_gap_change(&self, by: &CompliantContact<Dual64>, q: &[f64]) -> f64 {
+        self.nearest(q).map_or(0.0, |(feature, _)| by.gap_by_shape(feature, q))
     }
 
     /// The smallest of its gaps, m; `None` where the shapes have none.
@@ -179,40 +194,6 @@ impl CompliantContact {
         self.gaps(q).min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Where its own coordinate `k` stands among all; the second frame follows the first one.
-    fn place(&self, k: usize) -> Option<usize> {
-        match self.frames[k / FRAME] {
-            FrameId::Ground => None,
-            FrameId::Frame(body) => Some(FRAME * body + k % FRAME),
-        }
-    }
-
-    /// Both frames, each number of a body that moves by `number`, which is told its place.
-    fn own<T: Number>(&self, q: &[f64], number: impl Fn(usize, f64) -> T) -> [[T; FRAME]; 2] {
-        [0, 1].map(|side| {
-            let own = frame(self.frames[side], q);
-            std::array::from_fn(|i| match self.frames[side] {
-                FrameId::Ground => T::of(own[i]),
-                FrameId::Frame(_) => number(FRAME * side + i, own[i]),
-            })
-        })
-    }
-
-    /// The same of velocities; the ground rests.
-    fn rates<T: Number>(&self, v: &[f64], number: impl Fn(usize, f64) -> T) -> [[T; FRAME]; 2] {
-        [0, 1].map(|side| match self.frames[side] {
-            FrameId::Ground => [T::of(0.0); FRAME],
-            FrameId::Frame(body) => {
-                std::array::from_fn(|i| number(FRAME * side + i, v[FRAME * body + i]))
-            }
-        })
-    }
-
-    fn at<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> ContactPoint<T> {
-        let [a, b] = self.pair.shapes();
-        smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
-    }
-
     /// `∇g` by its own coordinates.
     fn gradient(&self, feature: u32, q: &[f64]) -> [f64; BOTH] {
         std::array::from_fn(|k| {
@@ -220,34 +201,9 @@ impl CompliantContact {
         })
     }
 
-    /// The force on B in space of the potential, all other force, and the slip.
-    fn force<T: Number>(
-        &self,
-        feature: u32,
-        frames: [[T; FRAME]; 2],
-        rates: [[T; FRAME]; 2],
-    ) -> (Vector3<T>, Vector3<T>, T) {
-        let CompliantLaw { dissipation, friction, .. } = self.law;
-        let ContactPoint { gap, normal, .. } = self.at(feature, frames);
-        let [value, slope] = self.law.elastic(-Number::real(gap));
-        let elastic = lifted(gap, value, -slope);
-        let v = self.relative(feature, frames, rates);
-        let approach = -normal.dot(&v);
-        let damping = elastic * (approach * T::of(dissipation)).max(T::of(-1.0)); // F_D
-        let across = v - normal * (normal.dot(&v) / normal.norm_squared());
-        let square = across.norm_squared();
-        let slip = if Number::real(square) > 0.0 { square.sqrt() } else { T::of(0.0) };
-        let mut force = normal * damping;
-        if let Some((mu, course)) = friction {
-            let pressed = elastic + damping; // F_N
-            force -= across * (pressed * T::of(mu) * course.over_velocity(slip)); // F_T
-        }
-        (normal * elastic, force, slip)
-    }
-
-    /// The overlaps of the features that touch, m.
-    pub(super) fn depths<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        self.closed(q).map(|(_, gap)| -gap)
+    /// The overlaps of the features that touch, m, with the features.
+    pub(super) fn depths<'a>(&'a self, q: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        self.closed(q).map(|(feature, gap)| (feature, -gap))
     }
 
     /// `out ← out + scale f_θ`, the change of the force without the potential with the numbers of
@@ -306,8 +262,12 @@ impl CompliantContact {
     }
 
     /// Its change with the numbers of the law.
-    #[must_use]
-    pub fn total_force_change(&self, by: &CompliantLaw, q: &[f64], v: &[f64]) -> Vector3<f64> {
+    pub(super) fn total_force_change(
+        &self,
+        by: &CompliantLaw,
+        q: &[f64],
+        v: &[f64],
+    ) -> Vector3<f64> {
         self.closed(q).map(|own| self.changed(by, own, [q, v]).iter().sum::<Vector3<f64>>()).sum()
     }
 
@@ -338,58 +298,6 @@ impl CompliantContact {
         let Some((feature, _)) = self.nearest(q) else { return };
         let slopes = self.gradient(feature, q);
         self.places().for_each(|(k, place)| out[place] += scale * slopes[k]);
-    }
-
-    /// `ϱ` of both bodies.
-    fn arms<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> [Vector3<T>; 2] {
-        let point = self.at(feature, frames).point;
-        frames.map(|own| {
-            let directors = Matrix3::from_columns(&[0, 1, 2].map(|i| director(&own, i)));
-            let arm = point - center(&own);
-            directors.try_inverse().map_or_else(|| directors.tr_mul(&arm), |inverse| inverse * arm)
-        })
-    }
-
-    /// `v`.
-    fn relative<T: Number>(
-        &self,
-        feature: u32,
-        frames: [[T; FRAME]; 2],
-        rates: [[T; FRAME]; 2],
-    ) -> Vector3<T> {
-        let arms = self.arms(feature, frames);
-        let [a, b] = [0, 1].map(|side| {
-            let turn = |i: usize| director(&rates[side], i) * arms[side][i];
-            center(&rates[side]) + turn(0) + turn(1) + turn(2)
-        });
-        b - a
-    }
-
-    /// The force without the potential by its own coordinates.
-    fn generalized<T: Number>(
-        &self,
-        feature: u32,
-        frames: [[T; FRAME]; 2],
-        rates: [[T; FRAME]; 2],
-    ) -> [T; BOTH] {
-        let (_, force, _) = self.force(feature, frames, rates);
-        self.spread(feature, frames, force)
-    }
-
-    /// A force on B in space by its own coordinates.
-    fn spread<T: Number>(
-        &self,
-        feature: u32,
-        frames: [[T; FRAME]; 2],
-        force: Vector3<T>,
-    ) -> [T; BOTH] {
-        let arms = self.arms(feature, frames);
-        std::array::from_fn(|k| {
-            let (side, i) = (k / FRAME, k % FRAME);
-            let sign = T::of(if side == 0 { -1.0 } else { 1.0 });
-            let arm = if i < 3 { T::of(1.0) } else { arms[side][i / 3 - 1] };
-            sign * arm * force[i % 3]
-        })
     }
 
     /// Emits the sum over the features that touch of blocks of its own coordinates, column by
@@ -427,16 +335,230 @@ impl CompliantContact {
         };
         self.add_blocks(q, add, scale, out);
     }
+}
+
+/// What shapes of any numbers do.
+impl<S: Number> CompliantContact<S> {
+    /// Where its own coordinate `k` stands among all; the second frame follows the first one.
+    fn place(&self, k: usize) -> Option<usize> {
+        match self.frames[k / FRAME] {
+            FrameId::Ground => None,
+            FrameId::Frame(body) => Some(FRAME * body + k % FRAME),
+        }
+    }
+
+    /// Both frames, each number of a body that moves by `number`, which is told its place.
+    fn own<T: Number>(&self, q: &[f64], number: impl Fn(usize, f64) -> T) -> [[T; FRAME]; 2] {
+        [0, 1].map(|side| {
+            let own = frame(self.frames[side], q);
+            std::array::from_fn(|i| match self.frames[side] {
+                FrameId::Ground => T::of(own[i]),
+                FrameId::Frame(_) => number(FRAME * side + i, own[i]),
+            })
+        })
+    }
+
+    /// The same of velocities; the ground rests.
+    fn rates<T: Number>(&self, v: &[f64], number: impl Fn(usize, f64) -> T) -> [[T; FRAME]; 2] {
+        [0, 1].map(|side| match self.frames[side] {
+            FrameId::Ground => [T::of(0.0); FRAME],
+            FrameId::Frame(body) => {
+                std::array::from_fn(|i| number(FRAME * side + i, v[FRAME * body + i]))
+            }
+        })
+    }
+
+    fn at<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> ContactPoint<T>
+    where
+        S: Part<T>,
+    {
+        let [a, b] = self.pair.shapes();
+        smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
+    }
+
+    /// The force on B in space of the potential, all other force, and the slip.
+    fn force<T: Number>(
+        &self,
+        feature: u32,
+        frames: [[T; FRAME]; 2],
+        rates: [[T; FRAME]; 2],
+    ) -> (Vector3<T>, Vector3<T>, T)
+    where
+        S: Part<T>,
+    {
+        let CompliantLaw { dissipation, friction, .. } = self.law;
+        let ContactPoint { gap, normal, .. } = self.at(feature, frames);
+        let [value, slope] = self.law.elastic(-Number::real(gap));
+        let elastic = lifted(gap, value, -slope);
+        let v = self.relative(feature, frames, rates);
+        let approach = -normal.dot(&v);
+        let damping = elastic * (approach * T::of(dissipation)).max(T::of(-1.0)); // F_D
+        let across = v - normal * (normal.dot(&v) / normal.norm_squared());
+        let square = across.norm_squared();
+        let slip = if Number::real(square) > 0.0 { square.sqrt() } else { T::of(0.0) };
+        let mut force = normal * damping;
+        if let Some((mu, course)) = friction {
+            let pressed = elastic + damping; // F_N
+            force -= across * (pressed * T::of(mu) * course.over_velocity(slip)); // F_T
+        }
+        (normal * elastic, force, slip)
+    }
+
+    /// `ϱ` of both bodies.
+    fn arms<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> [Vector3<T>; 2]
+    where
+        S: Part<T>,
+    {
+        let point = self.at(feature, frames).point;
+        frames.map(|own| {
+            let directors = Matrix3::from_columns(&[0, 1, 2].map(|i| director(&own, i)));
+            let arm = point - center(&own);
+            directors.try_inverse().map_or_else(|| directors.tr_mul(&arm), |inverse| inverse * arm)
+        })
+    }
+
+    /// `v`.
+    fn relative<T: Number>(
+        &self,
+        feature: u32,
+        frames: [[T; FRAME]; 2],
+        rates: [[T; FRAME]; 2],
+    ) -> Vector3<T>
+    where
+        S: Part<T>,
+    {
+        let arms = self.arms(feature, frames);
+        let [a, b] = [0, 1].map(|side| {
+            let turn = |i: usize| director(&rates[side], i) * arms[side][i];
+            center(&rates[side]) + turn(0) + turn(1) + turn(2)
+        });
+        b - a
+    }
+
+    /// The force without the potential by its own coordinates.
+    fn generalized<T: Number>(
+        &self,
+        feature: u32,
+        frames: [[T; FRAME]; 2],
+        rates: [[T; FRAME]; 2],
+    ) -> [T; BOTH]
+    where
+        S: Part<T>,
+    {
+        let (_, force, _) = self.force(feature, frames, rates);
+        self.spread(feature, frames, force)
+    }
+
+    /// A force on B in space by its own coordinates.
+    fn spread<T: Number>(
+        &self,
+        feature: u32,
+        frames: [[T; FRAME]; 2],
+        force: Vector3<T>,
+    ) -> [T; BOTH]
+    where
+        S: Part<T>,
+    {
+        let arms = self.arms(feature, frames);
+        std::array::from_fn(|k| {
+            let (side, i) = (k / FRAME, k % FRAME);
+            let sign = T::of(if side == 0 { -1.0 } else { 1.0 });
+            let arm = if i < 3 { T::of(1.0) } else { arms[side][i / 3 - 1] };
+            sign * arm * force[i % 3]
+        })
+    }
 
     /// Its own coordinates of bodies that move, with their places among all.
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         (0..BOTH).filter_map(|k| Some((k, self.place(k)?)))
     }
+
+    /// `V` of a gap.
+    fn energy<T: Number>(&self, gap: T) -> T {
+        let CompliantLaw { stiffness, exponent, .. } = self.law;
+        let power = exponent + 1.0;
+        (-gap).powf(T::of(power)) * T::of(stiffness / power)
+    }
+}
+
+/// What changes with the shapes, at features that touch.
+impl CompliantContact<Dual64> {
+    /// `g_θ` of a feature.
+    pub(super) fn gap_by_shape(&self, feature: u32, q: &[f64]) -> f64 {
+        self.at(feature, self.own(q, |_, x| Dual64::of(x))).gap.eps
+    }
+
+    /// `V_θ` of a feature.
+    pub(super) fn energy_by_shape(&self, feature: u32, q: &[f64]) -> f64 {
+        self.energy(self.at(feature, self.own(q, |_, x| Dual64::of(x))).gap).eps
+    }
+
+    /// `out ← out + scale (∇V)_θ` of a feature.
+    pub(super) fn add_gradient_by_shape(
+        &self,
+        feature: u32,
+        q: &[f64],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        for (k, place) in self.places() {
+            let seed = |i, x| HyperDual64::new(x, unit(i, k), 0.0, 0.0);
+            out[place] += scale * self.energy(self.at(feature, self.own(q, seed)).gap).eps1eps2;
+        }
+    }
+
+    /// Emits `scale (∇²V)_θ` of a feature.
+    pub(super) fn add_hessian_by_shape(
+        &self,
+        feature: u32,
+        q: &[f64],
+        scale: f64,
+        out: &mut dyn Entries,
+    ) {
+        for (j, column) in self.places() {
+            for (i, row) in self.places() {
+                let seed = |k, x| {
+                    let zero = 0.0;
+                    HyperHyperDual64::new(x, unit(k, i), unit(k, j), zero, zero, zero, zero, zero)
+                };
+                let energy = self.energy(self.at(feature, self.own(q, seed)).gap);
+                out.add(row, column, scale * energy.eps1eps2eps3);
+            }
+        }
+    }
+
+    /// `out ← out + scale f_θ` of the force without the potential.
+    pub(super) fn add_force_by_shape(
+        &self,
+        feature: u32,
+        [q, v]: [&[f64]; 2],
+        scale: f64,
+        out: &mut [f64],
+    ) {
+        let frames = self.own(q, |_, x| Dual64::of(x));
+        let own = self.generalized(feature, frames, self.rates(v, |_, x| Dual64::of(x)));
+        for (k, place) in self.places() {
+            out[place] += scale * own[k].eps;
+        }
+    }
+
+    /// `F_θ` on B in space of a feature.
+    pub(super) fn total_force_by_shape(&self, feature: u32, q: &[f64], v: &[f64]) -> Vector3<f64> {
+        let frames = self.own(q, |_, x| Dual64::of(x));
+        let rates = self.rates(v, |_, x| Dual64::of(x));
+        let (elastic, other, _) = self.force(feature, frames, rates);
+        (elastic + other).map(|own: Dual64| own.eps)
+    }
 }
 
 /// The number `k` of those that vary along `j`.
 fn along(j: usize) -> impl Fn(usize, f64) -> Dual64 {
-    move |k, x| Dual64::new(x, f64::from(u8::from(k == j)))
+    move |k, x| Dual64::new(x, unit(k, j))
+}
+
+/// 1 of the same number, else 0.
+fn unit(k: usize, of: usize) -> f64 {
+    f64::from(u8::from(k == of))
 }
 
 impl Potential for CompliantContact {
@@ -487,7 +609,6 @@ impl CompliantContact {
             let first = self.gradient(feature, q);
             for (j, _) in self.places() {
                 for (i, _) in self.places().take_while(|(i, _)| *i <= j) {
-                    let unit = |k: usize, of: usize| f64::from(u8::from(k == of));
                     let seed = |k, x| HyperDual64::new(x, unit(k, i), unit(k, j), 0.0);
                     let bend = self.at(feature, self.own(q, seed)).gap.eps1eps2;
                     block[j][i] += slope * first[i] * first[j] - force * bend;

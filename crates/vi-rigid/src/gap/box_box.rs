@@ -22,14 +22,17 @@ use super::contact_point::ContactPoint;
 use super::points_plane::Plane;
 use super::solids::{FACES, Solid, face};
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// A box in space: centre, axes, half lengths.
-pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<f64>);
+pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<T>);
 
-impl ContactShape {
+impl<S: Number> ContactShape<S> {
     /// A box on a frame; `None` of other shapes.
-    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>> {
+    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>>
+    where
+        S: Part<T>,
+    {
         match Solid::in_space(self, frame)? {
             Solid::Box(center, axes, half) => Some((center, axes, half)),
             Solid::Cylinder(..) => None,
@@ -57,7 +60,7 @@ pub(super) fn side(bit: u32) -> f64 {
 
 /// Corner `k`: its sides along the three axes are the bits.
 pub(super) fn corner<T: Number>((center, axes, half): &Place<T>, k: u32) -> Vector3<T> {
-    center + axes * Vector3::from_fn(|i, _| T::of(side(k >> i) * half[i]))
+    center + axes * Vector3::from_fn(|i, _| half[i] * T::of(side(k >> i)))
 }
 
 /// Edge `k`: its middle and its half, along the axis `k/4`, at the sides by the two bits.

@@ -2,7 +2,7 @@
 
 use crate::directors::{FRAME, center, director};
 use nalgebra::Vector3;
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// The frame of the ground.
 pub const GROUND: [f64; FRAME] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
@@ -27,15 +27,15 @@ impl<T: Number> ContactPoint<T> {
 }
 
 /// A point in the components of its frame, moved to space.
-pub(super) fn in_space<T: Number>(frame: &[T], point: &Vector3<f64>) -> Vector3<T> {
+pub(super) fn in_space<S: Part<T>, T: Number>(frame: &[T], point: &Vector3<S>) -> Vector3<T> {
     center(frame) + turned(frame, point)
 }
 
 /// A direction in the components of its frame, turned to space.
-pub(super) fn turned<T: Number>(frame: &[T], direction: &Vector3<f64>) -> Vector3<T> {
-    director(frame, 0) * T::of(direction.x)
-        + director(frame, 1) * T::of(direction.y)
-        + director(frame, 2) * T::of(direction.z)
+pub(super) fn turned<S: Part<T>, T: Number>(frame: &[T], direction: &Vector3<S>) -> Vector3<T> {
+    director(frame, 0) * direction.x.part()
+        + director(frame, 1) * direction.y.part()
+        + director(frame, 2) * direction.z.part()
 }
 
 /// The components `ϱ_I = (x − φ)·d_I` of a point in space.

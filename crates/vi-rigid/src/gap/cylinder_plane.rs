@@ -20,7 +20,7 @@ use super::points_plane::Plane;
 use super::solids::perpendicular;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// Of a cylinder on a plane.
 pub(super) const FEATURES: u32 = 2 * POINTS;
@@ -49,7 +49,7 @@ pub(super) struct Rims<T = f64> {
 }
 
 impl<T: Number> Rims<T> {
-    pub(super) fn new(ends: &[Vector3<f64>; 2], frame: &[T]) -> Self {
+    pub(super) fn new<S: Part<T>>(ends: &[Vector3<S>; 2], frame: &[T]) -> Self {
         let own = (ends[1] - ends[0]).normalize();
         let (axis, fixed) = (turned(frame, &own), turned(frame, &perpendicular(&own)));
         Self { axis, fixed, side: axis.cross(&fixed) }
@@ -116,19 +116,19 @@ fn next_to(angle: f64, parts: u32) -> u32 {
 }
 
 /// The contact of a point of a rim.
-pub(super) fn contact<T: Number>(
+pub(super) fn contact<S: Part<T>, T: Number>(
     feature: u32,
     plane: &Plane<T>,
-    (ends, radius): (&[Vector3<f64>; 2], f64),
+    (ends, radius): (&[Vector3<S>; 2], S),
     frame: &[T],
 ) -> ContactPoint<T> {
-    let rims = Rims::new(ends, frame);
+    let rims: Rims<T> = Rims::new(ends, frame);
     let direction = match feature % POINTS {
         0 => rims.lowest(&plane.normal).0,
         point => rims.at(angle(point - 1, PARTS)),
     };
     let center = in_space(frame, &ends[(feature / POINTS) as usize]);
-    plane.contact_with(&(center + direction * T::of(radius)))
+    plane.contact_with(&(center + direction * radius.part()))
 }
 
 /// The points of a rim that count, in ascending order.
@@ -137,7 +137,7 @@ pub(super) fn active(
     ends: &[Vector3<f64>; 2],
     frame: &[f64],
 ) -> impl Iterator<Item = u32> + Clone {
-    let rims = Rims::new(ends, frame);
+    let rims: Rims = Rims::new(ends, frame);
     let (lowest, size) = rims.lowest(normal);
     let sixth = |k: u32| 1 + k * (PARTS / 6);
     let mut points = [0, sixth(1), sixth(3), sixth(5)];

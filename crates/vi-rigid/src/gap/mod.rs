@@ -51,7 +51,7 @@ use contact_point::{in_space, turned};
 use nalgebra::Vector3;
 use outline::{Kind, Outline};
 use solids::Solid;
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// Whether there is a formula for two shapes; they may have no features yet, as points without any.
 #[must_use]
@@ -82,9 +82,9 @@ pub fn features(a: &ContactShape, b: &ContactShape) -> u32 {
 }
 
 /// The same in this order of the shapes; `None` where there is no formula.
-fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
+fn one_way<S: Number>(a: &ContactShape<S>, b: &ContactShape<S>) -> Option<u32> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
-    let is_ball = |ends: &[Vector3<f64>; 2]| ends[0] == ends[1];
+    let is_ball = |ends: &[Vector3<S>; 2]| ends[0] == ends[1];
     let count = match (a, b) {
         (Plane { .. } | Capsule { .. }, Points { points, .. }) => points.len() as u32,
         (Plane { .. }, Capsule { ends, .. }) => {
@@ -105,10 +105,10 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
             }
         }
         (Box { .. } | Cylinder { .. }, Points { points, radius }) => {
-            points.len() as u32 * if *radius == 0.0 { faces(a)? } else { 1 }
+            points.len() as u32 * if Number::real(*radius) == 0.0 { faces(a)? } else { 1 }
         }
         (Box { .. } | Cylinder { .. }, Capsule { ends, radius })
-            if is_ball(ends) && *radius > 0.0 =>
+            if is_ball(ends) && Number::real(*radius) > 0.0 =>
         {
             1
         }
@@ -122,7 +122,7 @@ fn one_way(a: &ContactShape, b: &ContactShape) -> Option<u32> {
 }
 
 /// How many faces a box or a cylinder has.
-fn faces(of: &ContactShape) -> Option<u32> {
+fn faces<S>(of: &ContactShape<S>) -> Option<u32> {
     match of {
         ContactShape::Box { .. } => Some(solids::FACES),
         ContactShape::Cylinder { .. } => Some(solids::FACES_OF_CYLINDER),
@@ -132,7 +132,7 @@ fn faces(of: &ContactShape) -> Option<u32> {
 
 /// The kinds of two shapes that touch with faces, rims, lines and points, cylinders before capsules
 /// before boxes, and whether that is not their order.
-fn outlined(a: &ContactShape, b: &ContactShape) -> Option<([Kind; 2], bool)> {
+fn outlined<S: Number>(a: &ContactShape<S>, b: &ContactShape<S>) -> Option<([Kind; 2], bool)> {
     let (a, b) = (Kind::of(a)?, Kind::of(b)?);
     let is_other = a == b && a != Kind::Cylinder; // two boxes, two capsules
     (!is_other).then(|| if a <= b { ([a, b], false) } else { ([b, a], true) })
@@ -211,10 +211,10 @@ pub fn smallest_gap(
 /// # Panics
 /// Where they have no [`features`], and of two boxes, and of cylinders, capsules and boxes.
 #[must_use]
-pub fn smooth_contact<T: Number>(
+pub fn smooth_contact<S: Part<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape, &[T]),
-    (b, frame_b): (&ContactShape, &[T]),
+    (a, frame_a): (&ContactShape<S>, &[T]),
+    (b, frame_b): (&ContactShape<S>, &[T]),
 ) -> ContactPoint<T> {
     match one_way(a, b) {
         None => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
@@ -223,10 +223,10 @@ pub fn smooth_contact<T: Number>(
     .expect("a pair of shapes with a gap")
 }
 
-fn between<T: Number>(
+fn between<S: Part<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape, &[T]),
-    (b, frame_b): (&ContactShape, &[T]),
+    (a, frame_a): (&ContactShape<S>, &[T]),
+    (b, frame_b): (&ContactShape<S>, &[T]),
 ) -> Option<ContactPoint<T>> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
     let index = feature as usize;
@@ -259,16 +259,18 @@ fn between<T: Number>(
         (Capsule { .. }, Capsule { .. }) => {
             Some(segments::contact(feature, (a, frame_a), (b, frame_b)))
         }
-        (_, Points { points, radius }) if *radius == 0.0 => {
+        (_, Points { points, radius }) if Number::real(*radius) == 0.0 => {
             let (solid, faces) = (Solid::in_space(a, frame_a)?, faces(a)?);
             let point = &points[(feature / faces) as usize];
             Some(solid.at_face(feature % faces, &in_space(frame_b, point)))
         }
         (_, Points { points, radius }) => {
-            Some(Solid::in_space(a, frame_a)?.contact(&in_space(frame_b, &points[index]), *radius))
+            let point = in_space(frame_b, &points[index]);
+            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.part()))
         }
         (_, Capsule { ends, radius }) => {
-            Some(Solid::in_space(a, frame_a)?.contact(&in_space(frame_b, &ends[0]), *radius))
+            let point = in_space(frame_b, &ends[0]);
+            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.part()))
         }
         _ => None,
     }

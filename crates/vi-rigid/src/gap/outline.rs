@@ -24,6 +24,7 @@ use super::points_plane::Plane;
 use super::rim::{Line, Rim};
 use super::solids::face;
 use nalgebra::{Matrix3, Vector3};
+use vi_core::Number;
 
 /// Kinds of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,11 +45,13 @@ pub(super) struct Counts {
 
 impl Kind {
     /// Of a shape; `None` of those that have no such parts, as balls.
-    pub(super) fn of(shape: &ContactShape) -> Option<Self> {
+    pub(super) fn of<S: Number>(shape: &ContactShape<S>) -> Option<Self> {
         match shape {
             ContactShape::Box { .. } => Some(Self::Box),
             ContactShape::Cylinder { .. } => Some(Self::Cylinder),
-            ContactShape::Capsule { ends, radius } if ends[0] != ends[1] && *radius > 0.0 => {
+            ContactShape::Capsule { ends, radius }
+                if ends[0] != ends[1] && Number::real(*radius) > 0.0 =>
+            {
                 Some(Self::Capsule)
             }
             _ => None,

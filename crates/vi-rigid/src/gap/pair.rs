@@ -1,6 +1,7 @@
 //! Two shapes with the gaps between them.
 
-use super::{ContactPoint, ContactShape, active, contact, features, has_gap};
+use super::{ContactPoint, ContactShape, active, contact, features, has_gap, one_way};
+use vi_core::Number;
 
 /// There is no gap between two such shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,9 +17,26 @@ pub struct NoGap {
 
 /// Two shapes with the gaps between them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
-    pub(super) a: ContactShape,
-    pub(super) b: ContactShape,
+pub struct Pair<S = f64> {
+    pub(super) a: ContactShape<S>,
+    pub(super) b: ContactShape<S>,
+}
+
+impl<S> Pair<S> {
+    /// The shape on frame A, and the one on frame B.
+    #[must_use]
+    pub fn shapes(&self) -> [&ContactShape<S>; 2] {
+        [&self.a, &self.b]
+    }
+}
+
+impl<S: Number> Pair<S> {
+    /// The same shapes with other numbers; `None` of shapes of another kind.
+    #[must_use]
+    pub fn alike(of: &Pair, [a, b]: [ContactShape<S>; 2]) -> Option<Self> {
+        let is_alike = one_way(&a, &b) == one_way(&of.a, &of.b);
+        is_alike.then_some(Self { a, b })
+    }
 }
 
 impl Pair {
@@ -37,12 +55,6 @@ impl Pair {
     #[must_use]
     pub fn features(&self) -> u32 {
         features(&self.a, &self.b)
-    }
-
-    /// The shape on frame A, and the one on frame B.
-    #[must_use]
-    pub fn shapes(&self) -> [&ContactShape; 2] {
-        [&self.a, &self.b]
     }
 
     /// A length of the size of both, m.

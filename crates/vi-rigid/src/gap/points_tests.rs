@@ -131,7 +131,7 @@ fn a_point_is_a_ball_without_a_radius() {
         let pair = Pair::new(shape.clone(), points(vec![Vector3::zeros()])).unwrap();
         let ball = Solid::in_space(&shape, &base[..])
             .unwrap()
-            .contact(&in_space(&frame, &Vector3::zeros()), 0.0);
+            .contact(&in_space(&frame, &Vector3::<f64>::zeros()), 0.0);
         let mut found = Vec::new();
         pair.active(&base, &frame, f64::MAX, &mut found);
         let contact = pair.contact(found[0].0, &base, &frame);

@@ -14,7 +14,7 @@
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
 use nalgebra::Vector3;
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// Of a pair of capsules.
 pub(super) const FEATURES: u32 = FIRST_PART + PARTS + 1;
@@ -39,12 +39,12 @@ struct Segment<T> {
 }
 
 impl<T: Number> Segment<T> {
-    fn new((shape, frame): (&ContactShape, &[T])) -> Self {
+    fn new<S: Part<T>>((shape, frame): (&ContactShape<S>, &[T])) -> Self {
         let ContactShape::Capsule { ends, radius } = shape else {
             unreachable!("a pair of capsules")
         };
         let [start, end] = ends.map(|end| in_space(frame, &end));
-        Self { start, along: end - start, radius: T::of(*radius) }
+        Self { start, along: end - start, radius: radius.part() }
     }
 
     fn at(&self, s: T) -> Vector3<T> {
@@ -68,7 +68,7 @@ pub(super) fn active(
     a: (&ContactShape, &[f64]),
     b: (&ContactShape, &[f64]),
 ) -> impl Iterator<Item = u32> {
-    let (a, b) = (Segment::new(a), Segment::new(b));
+    let (a, b): (Segment<f64>, Segment<f64>) = (Segment::new(a), Segment::new(b));
     let lengths = a.along.norm() * b.along.norm();
     let angle = a.along.cross(&b.along).norm() / lengths; // NaN of a ball
     let mut found = [None; 1 + FIRST_PART as usize];
@@ -93,10 +93,10 @@ pub(super) fn active(
 
 /// The contact of a feature of two capsules, in the frames of A and B.
 #[must_use]
-pub(super) fn contact<T: Number>(
+pub(super) fn contact<S: Part<T>, T: Number>(
     feature: u32,
-    a: (&ContactShape, &[T]),
-    b: (&ContactShape, &[T]),
+    a: (&ContactShape<S>, &[T]),
+    b: (&ContactShape<S>, &[T]),
 ) -> ContactPoint<T> {
     let (a, b) = (Segment::new(a), Segment::new(b));
     let (s, t) = match feature {

@@ -12,7 +12,7 @@ use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space, turned};
 use super::points_plane::Plane;
 use nalgebra::{Matrix3, Vector3};
-use vi_core::Number;
+use vi_core::{Number, Part};
 
 /// Faces of a box: those of the axis `k/2`, the positive one first.
 pub(super) const FACES: u32 = 6;
@@ -25,26 +25,26 @@ pub(super) const SIDE: usize = 2;
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Solid<T = f64> {
     /// Centre, axes, half lengths.
-    Box(Vector3<T>, Matrix3<T>, Vector3<f64>),
+    Box(Vector3<T>, Matrix3<T>, Vector3<T>),
     /// Centre, unit axis, half length, radius.
-    Cylinder(Vector3<T>, Vector3<T>, T, f64),
+    Cylinder(Vector3<T>, Vector3<T>, T, T),
 }
 
 impl<T: Number> Solid<T> {
     /// Of a shape on a frame; `None` of others.
-    pub(super) fn in_space(shape: &ContactShape, frame: &[T]) -> Option<Self> {
+    pub(super) fn in_space<S: Part<T>>(shape: &ContactShape<S>, frame: &[T]) -> Option<Self> {
         match shape {
             ContactShape::Box { center, axes, half_lengths } => {
                 let columns = [0, 1, 2].map(|i| turned(frame, &axes.column(i).into_owned()));
                 let axes = Matrix3::from_columns(&columns);
-                Some(Self::Box(in_space(frame, center), axes, *half_lengths))
+                Some(Self::Box(in_space(frame, center), axes, half_lengths.map(Part::part)))
             }
             ContactShape::Cylinder { ends, radius } => {
                 let [first, last] = ends.map(|end| in_space(frame, &end));
                 let along = last - first;
                 let length = along.norm();
-                let half = T::of(0.5);
-                Some(Self::Cylinder((first + last) * half, along / length, length * half, *radius))
+                let (half, radius) = (T::of(0.5), radius.part());
+                Some(Self::Cylinder((first + last) * half, along / length, length * half, radius))
             }
             _ => None,
         }
@@ -58,12 +58,12 @@ impl<T: Number> Solid<T> {
                 let arm = x - center;
                 let y = [0, 1, 2].map(|i| arm.dot(&axes.column(i)));
                 let outward = [0, 1, 2].map(|i| axes.column(i) * one.copysign(y[i]));
-                ([0, 1, 2].map(|i| y[i].abs() - T::of(half[i])), outward, 3)
+                ([0, 1, 2].map(|i| y[i].abs() - half[i]), outward, 3)
             }
             Self::Cylinder(center, axis, half, radius) => {
                 let (z, r, outward) = from_axis(&(x - center), axis);
                 let along = axis * one.copysign(z);
-                let excess = [z.abs() - *half, r - T::of(*radius), T::of(f64::MIN)];
+                let excess = [z.abs() - *half, r - *radius, T::of(f64::MIN)];
                 (excess, [along, outward, along], 2)
             }
         }
@@ -75,7 +75,7 @@ impl<T: Number> Solid<T> {
             Self::Box(center, axes, half) => self::face((center, axes, half), face).contact_with(x),
             Self::Cylinder(center, axis, _, radius) if face as usize == SIDE => {
                 let (_, r, normal) = from_axis(&(x - center), axis);
-                let gap = r - T::of(*radius);
+                let gap = r - *radius;
                 ContactPoint { gap, normal, point: x - normal * (T::of(0.5) * gap) }
             }
             Self::Cylinder(center, axis, half, _) => {
@@ -86,7 +86,7 @@ impl<T: Number> Solid<T> {
     }
 
     /// The contact of a ball, as B.
-    pub(super) fn contact(&self, x: &Vector3<T>, radius: f64) -> ContactPoint<T> {
+    pub(super) fn contact(&self, x: &Vector3<T>, radius: T) -> ContactPoint<T> {
         let (excess, outward, count) = self.excess(x);
         let outside = excess.map(|s| s.max(T::of(0.0)));
         let square = outside.iter().fold(T::of(0.0), |sum, s| sum + *s * *s);
@@ -99,7 +99,6 @@ impl<T: Number> Solid<T> {
                 (1..count).fold(0, |best, i| if excess[i] > excess[best] { i } else { best });
             (excess[face], outward[face])
         };
-        let radius = T::of(radius);
         let (on_solid, on_ball) = (x - normal * gap, x - normal * radius);
         ContactPoint { gap: gap - radius, normal, point: (on_solid + on_ball) * T::of(0.5) }
     }
@@ -186,10 +185,10 @@ pub(super) fn perpendicular<T: Number>(axis: &Vector3<T>) -> Vector3<T> {
 
 /// The plane of a face of a box.
 pub(super) fn face<T: Number>(
-    (center, axes, half): (&Vector3<T>, &Matrix3<T>, &Vector3<f64>),
+    (center, axes, half): (&Vector3<T>, &Matrix3<T>, &Vector3<T>),
     face: u32,
 ) -> Plane<T> {
     let (axis, sign) = ((face / 2) as usize, side_of(face));
     let normal = axes.column(axis) * T::of(sign);
-    Plane { point: center + normal * T::of(half[axis]), normal }
+    Plane { point: center + normal * half[axis], normal }
 }

@@ -100,7 +100,8 @@ fn changes_of_the_law_against_central_differences() {
             };
             all(&fill, own.value(&s.q_mid))
         };
-        let change = CompliantChange { contact: contact.clone(), by };
+        let own = std::sync::Arc::new(contact.clone());
+        let change = CompliantChange { contact: own, by: Some(by), shapes: None };
         for scale in [0.0, -1.0] {
             let fill = |out: &mut [f64]| {
                 change.add_gradient(&s.q_mid, scale, out);
@@ -128,6 +129,80 @@ fn changes_of_the_law_against_central_differences() {
         let other = (at(e) - at(-e)) / (2.0 * e);
         let off = (&other - &hessian).amax() / other.amax();
         assert!(off < 1e-7, "{name}, stiffness: off by {off:e}");
+    }
+    println!("changes off by {worst:.1e}");
+}
+
+/// A shape that grows and moves with a parameter.
+fn grown<T: Number>(shape: &ContactShape, e: T) -> ContactShape<T> {
+    let by = |k: f64| e * T::of(k);
+    let moved = |x: &Vector3<T>| x + Vector3::new(by(0.3), by(-0.2), by(0.5));
+    match shape.lifted::<T>() {
+        ContactShape::Plane { point, normal } => {
+            ContactShape::Plane { point: moved(&point), normal }
+        }
+        ContactShape::Points { points, radius } => ContactShape::Points { points, radius },
+        ContactShape::Capsule { ends, radius } if shape.name() == "sphere" => {
+            ContactShape::sphere(moved(&ends[0]), radius + by(0.8))
+        }
+        ContactShape::Capsule { ends: [a, b], radius } => {
+            ContactShape::Capsule { ends: [moved(&a), b], radius: radius + by(0.8) }
+        }
+        ContactShape::Ellipsoid { center, axes, half_axes } => {
+            let half_axes = half_axes + Vector3::new(by(0.2), by(0.4), by(-0.3));
+            ContactShape::Ellipsoid { center: moved(&center), axes, half_axes }
+        }
+        ContactShape::Box { center, axes, half_lengths } => {
+            let half_lengths = half_lengths + Vector3::new(by(0.2), by(0.4), by(-0.3));
+            ContactShape::Box { center: moved(&center), axes, half_lengths }
+        }
+        ContactShape::Cylinder { ends: [a, b], radius } => {
+            ContactShape::Cylinder { ends: [moved(&a), b], radius: radius + by(0.8) }
+        }
+    }
+}
+
+/// By the numbers of the shapes: energy, its gradient and its Hessian, the other force, the whole
+/// force and the gap, of both sides at once.
+#[test]
+fn changes_of_shapes_against_central_differences() {
+    let s = step();
+    let (q, v) = (&s.q_mid[..], &s.v_mid[..]);
+    let mut worst = 0.0_f64;
+    for (name, contact) in contacts() {
+        let shapes = contact.pair().shapes().map(|own| grown(own, Dual64::new(0.0, 1.0)));
+        let shapes = contact.with_tangent(shapes).map(std::sync::Arc::new);
+        assert!(shapes.is_some(), "{name}");
+        let change = CompliantChange { contact: contact.clone().into(), by: None, shapes };
+        let at = |e: f64| {
+            let shapes = contact.pair().shapes().map(|own| grown(own, e));
+            let own = CompliantContact::new(contact.frames, shapes, LAW).unwrap();
+            let (mut gradient, mut force) = (vec![0.0; 24], vec![0.0; 24]);
+            let mut hessian = DMatrix::zeros(24, 24);
+            own.add_gradient(q, 1.0, &mut gradient);
+            own.add(s.mid_motion(), 1.0, &mut force);
+            own.add_hessian(q, 1.0, &mut hessian);
+            let total = own.total_force(q, v);
+            let numbers = [own.value(q), own.smallest_gap(q).unwrap(), total.x, total.y, total.z];
+            [numbers.to_vec(), gradient, force, hessian.as_slice().to_vec()]
+        };
+        let (mut gradient, mut force) = (vec![0.0; 24], vec![0.0; 24]);
+        let mut hessian = DMatrix::zeros(24, 24);
+        change.add_gradient(q, 1.0, &mut gradient);
+        change.add_at_node(Motion::new(0.0, q, v), &mut force);
+        change.add_hessian(q, 1.0, &mut hessian);
+        let total = change.total_force(q, v);
+        let numbers = [change.value(q), change.smallest_gap(q), total.x, total.y, total.z];
+        let exact = [numbers.to_vec(), gradient, force, hessian.as_slice().to_vec()];
+        let e = 1e-5;
+        for ((own, plus), minus) in exact.iter().zip(at(e)).zip(at(-e)) {
+            let size = own.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+            assert!(size > 0.0, "{name}");
+            for (own, (plus, minus)) in own.iter().zip(plus.iter().zip(&minus)) {
+                worst = worst.max(((plus - minus) / (2.0 * e) - own).abs() / size);
+            }
+            assert!(worst < 1e-7, "{name}: off by {worst:e}");
+        }
     }
     println!("changes off by {worst:.1e}");
 }
