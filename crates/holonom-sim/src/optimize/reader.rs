@@ -32,8 +32,13 @@ pub(super) fn supported(model: &Model) -> Result<(), ModelError> {
         return refuse("contact", "controls beside impulses", help);
     }
     if model.has_velocity_constraints() {
-        let help = "remove rolling, blades and sums of rates";
-        return refuse("constraint", "controls beside constraints of velocities", help);
+        let own = model.constraints.iter().find(|own| own.is_of_velocities());
+        let key = own.map_or_else(String::new, |own| format!("constraint.{}", own.name()));
+        let what = "controls beside rolling, blades and sums of rates: a search needs second \
+                    derivatives of their equations, which are not there";
+        let help = "remove the [[control]]: designs and gradients take them, by parameters of \
+                    motors, histories and laws as well";
+        return refuse(&key, what, help);
     }
     if model.objectives.is_empty() {
         let help = "add an [[objective]]: effort, work, time, rate or sensor";

@@ -183,6 +183,18 @@ fn conditions_hold_in_the_run() {
     assert!((least - 2.0).abs() < 1e-7, "the bound is active: {least}");
 }
 
+/// Controls beside what rolls are refused by the key of it.
+#[test]
+fn controls_beside_rolling_are_refused() {
+    let text = super::tests::BALL.to_owned()
+        + "control = [{ name = \"push\", body = \"ball\", force = [1.0, 0.0, 0.0] }]\n\
+           objective = [{ name = \"cheap\", type = \"effort\" }]\n";
+    let error = found(&ModelText::from_text(Path::new("model.toml"), &text)).err();
+    let error = error.map(|error| error.to_string()).unwrap_or_default();
+    println!("{error}");
+    assert!(error.contains("constraint.table") && error.contains("second derivatives"), "{error}");
+}
+
 /// What no node and the step to it give is refused by its name.
 #[test]
 fn what_is_of_the_next_step_is_refused() {

@@ -258,6 +258,31 @@ fn a_crane_comes_to_rest() {
     assert!(rail.abs() > 1e-3 && momentum.abs() < 1e-9, "{rail}, {momentum}");
 }
 
+/// A ball on a turntable: what rolls has designs.
+pub(super) const BALL: &str = r#"
+model = { name = "ball", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.01, end = 0.5, project_start = true }
+parameters = { fast = 1.5, r = 0.1 }
+body = [{ name = "ball", mass = 0.4, inertia = [0.0016, 0.0016, 0.0016], position = [0.3, 0.0, "= r"], velocity = ["= fast", 0.2, 0.0], angular_velocity = [0.0, "= fast/r", 0.0] }]
+constraint = [{ name = "table", type = "rolling", body = "ball", radius = "= r", plane = { position = [0.0, 0.0, 0.0], normal = [0.0, 0.0, 1.0], spin = 1.2 } }]
+sensor = [{ name = "place", type = "position", of = "ball" }]
+"#;
+
+/// The speed with which a ball comes to a place on a turntable, as its run shows.
+#[test]
+fn what_rolls_has_designs() {
+    let text = format!(
+        "{BALL}condition = [{{ name = \"there\", sensor = \"place.x\", equals = 1.1 }}]\n\
+         optimize = {{ parameters = {{ fast = {{ min = 0.5, max = 4.0 }} }} }}\n"
+    );
+    let found = found(&text, &[]).unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
+    let last = run.samples().last().unwrap().unwrap().sensors[0];
+    println!("{last} with {:?}, {} iterations", found.report.parameters, found.report.iterations);
+    assert!((last - 1.1).abs() < 1e-9, "{last}");
+}
+
 /// An arm of length 1 on a spring in equilibrium.
 const HANGING: &str = r#"
 [model]
