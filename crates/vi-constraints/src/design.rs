@@ -84,6 +84,10 @@ pub trait Design {
     /// of them; of a Galerkin step the sum over its Gauss nodes.
     fn add_internal(&self, _k: usize, _at: Place<'_>, _out: &mut [f64]) {}
 
+    /// Along parameter `k`: `out += φ_θ` of the rates of continuous states of signals at a Gauss node
+    /// of a Galerkin step, shape of all internal variables.
+    fn add_rates(&self, _k: usize, _at: Place<'_>, _out: &mut [f64]) {}
+
     /// Number of sums over the steps that the derivatives by all parameters are made of: what
     /// several parameters share is summed once.
     fn sums(&self) -> usize;
@@ -126,6 +130,9 @@ pub struct Costates<'a> {
     /// Whether at `q_n`, and at `q_{n+1}`, efforts along unknowns are counted along these alone: a
     /// parameter then changes what they are, and not their gradients.
     pub apart: [bool; 2],
+    /// Of the rates of continuous states of signals at a Gauss node, shape of all internal
+    /// variables; empty elsewhere.
+    pub rates: &'a [f64],
 }
 
 impl<'a> Costates<'a> {
@@ -133,6 +140,6 @@ impl<'a> Costates<'a> {
     /// `m`.
     #[must_use]
     pub const fn of_rows(step: &'a [f64], momentum: &'a [f64], rows: &'a [f64]) -> Self {
-        Self { step, momentum, rows, moved: [&[]; 2], apart: [false; 2] }
+        Self { step, momentum, rows, moved: [&[]; 2], apart: [false; 2], rates: &[] }
     }
 }

@@ -72,6 +72,7 @@ pub struct Sensitivities {
     linearization: Linearization,
     sources: Sources,
     of_step: StepGradient,
+    state_rates: Vec<f64>,   // φ_θ, shape of the internal variables
     of_parameters: Vec<f64>, // explicit derivatives of the cost
     step: usize,
     start: f64,  // t_0
@@ -168,6 +169,7 @@ impl Sensitivities {
             linearization: Linearization::new(run.method(), (n, m), run.rows()),
             sources: Sources::zero(n, m),
             of_step: StepGradient::zero(n, controls.unwrap_or(0)),
+            state_rates: vec![0.0; state.internal.len()],
             of_parameters: vec![0.0; parameters.map_or(0, |last| last + 1)],
             step: 0,
             start: state.t,
@@ -431,7 +433,7 @@ impl Sensitivities {
         Beside { controls, design, objective }: Beside<'_>,
     ) -> Result<(), GradientError> {
         let (step, s, points) = (self.step, taken.s, taken.points());
-        let Self { linearization, sources, of_step, p, .. } = self;
+        let Self { linearization, sources, of_step, p, state_rates, .. } = self;
         let failed = |error: LinearizationError| GradientError::of_linearization(step, error);
         let found = linearization.linearize(system, constraints, points, p);
         found.map_err(|error| failed(error.into()))?;
@@ -474,6 +476,9 @@ impl Sensitivities {
                 if let (Some(design), Some(parameter)) = (design, direction.parameter) {
                     let Sources { minus, plus, rows } = sources;
                     design.add_tangent(parameter, at, impulse, minus, plus, rows);
+                    state_rates.fill(0.0);
+                    design.add_rates(parameter, at, state_rates);
+                    linearization.add_rate_sources(part, state_rates);
                 }
                 linearization.add_sources(part, sources);
             }

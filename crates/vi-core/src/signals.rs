@@ -34,6 +34,8 @@ pub trait Signals: Send + Sync {
     fn is_sampled(&self) -> bool;
     /// `out ←` them at the start of a motion with the velocity `v`.
     fn begin(&self, at: Motion<'_>, out: &mut [f64]);
+    /// `out ←` them at an equilibrium: states where they rest, held values as at the start.
+    fn rest(&self, at: Motion<'_>, out: &mut [f64]);
     /// `out ←` how they change at the start of a motion whose configuration and velocity change by
     /// `dq` and `dv`.
     fn begin_change(&self, at: Motion<'_>, change: [&[f64]; 2], out: &mut [f64]);

@@ -62,7 +62,6 @@ impl<'a> Formulas<'a> {
         for signal in &all {
             own.states_of(signal, model, slopes)?;
         }
-        own.states.supported(&parameter.name, model)?;
         Ok(own)
     }
 

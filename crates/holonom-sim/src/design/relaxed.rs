@@ -7,22 +7,26 @@
 //! ```
 //! The equations of a step that leaves everything at rest are those of the equilibrium, whatever
 //! its length: masses, damping and the mass that strains add cancel. States of signals rest where
-//! forces are differentiated by positions.
+//! forces are differentiated by positions, and move with parameters of their rates,
+//! ```text
+//! φ(y, z; θ) = 0       z_θ = −φ_z⁻¹ φ_θ,   b_θ takes (D_1 L_d + f_d^-)_z z_θ                          [2.68]
+//! ```
 #![allow(non_snake_case)] // G, K
 
 use super::start::StartOf;
 use super::{LEAVE_OUT, ModelTangent, refused};
 use crate::start::How;
 use holonom_model::ModelError;
+use nalgebra::DVector;
 use vi_constraints::Constraints;
 use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::StepLinearization;
 use vi_constraints::saddle_point::SaddlePoint;
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
-use vi_core::interval::Interval;
+use vi_core::interval::{Interval, Slot};
 use vi_core::linear::Singular;
-use vi_core::sparse::{Block, Entries};
+use vi_core::sparse::{Block, Entries, Product};
 use vi_multibody::design::start::StartTangent;
 use vi_multibody::run::MechanismIntegrator;
 
@@ -67,7 +71,7 @@ impl StartOf<'_> {
                     if self.mechanism.description().dimension == 3 =>
                 {
                     if !self.signals_rest(run) {
-                        let help = "write filters, which begin at rest";
+                        let help = "state a `start` with which they rest";
                         return refuse("with signals whose states do not rest", help);
                     }
                     self.of_rotation(run, design, tangents, rotation)
@@ -82,16 +86,8 @@ impl StartOf<'_> {
             let what = format!("the derivative by `{name}` of a singular equilibrium");
             refused(self.key_of_equilibrium(), what, LEAVE_OUT)
         })?;
-        if !self.signals_rest(run) {
-            let help = "write filters, which begin at rest";
-            return refuse("with signals whose states do not rest", help);
-        }
         let change = |(k, own): (usize, &ModelTangent)| {
-            if own.numbers.signals.is_some() {
-                let what = format!("the derivative by `{}` of states of signals at rest", own.name);
-                return Err(refused(self.key_of_equilibrium(), what, LEAVE_OUT));
-            }
-            let q = equilibrium.change(self, design, k);
+            let q = equilibrium.change((self, run), design, k);
             let q = q.map_err(|Singular| {
                 let what = format!("the derivative by `{}` of a singular equilibrium", own.name);
                 refused(self.key_of_equilibrium(), what, LEAVE_OUT)
@@ -144,6 +140,8 @@ impl Equilibrium {
             let mut s = Interval::between(t, STEP, q, q);
             s.angles.clone_from(&run.state().angles);
             s.internal.clone_from(&run.state().internal);
+            let at = Configuration { internal: &[], ..run.state().configuration() };
+            system.rest_signals(at.moving(&vec![0.0; q.len()]), &mut s.internal);
             s
         };
         let (about, until) = (still(start.at.t - 0.5 * STEP), still(start.at.t - STEP));
@@ -168,7 +166,7 @@ impl Equilibrium {
     /// `δq_0` by the parameter `k`.
     fn change(
         &mut self,
-        start: &StartOf<'_>,
+        (start, run): (&StartOf<'_>, &MechanismIntegrator),
         design: &dyn Design,
         k: usize,
     ) -> Result<Vec<f64>, Singular> {
@@ -183,6 +181,10 @@ impl Equilibrium {
             &mut plus,
             &mut rows,
         );
+        if let Some(z) = self.states(run, design, k)? {
+            let into = &mut Product { v: &z, out: &mut minus };
+            run.system().internal_slope(&self.about, Slot::First, into);
+        }
         let mut x: Vec<f64> = minus.iter().map(|b| -b).collect();
         rows.fill(0.0);
         design.add_tangent(
@@ -200,4 +202,46 @@ impl Equilibrium {
         x.truncate(n);
         Ok(x)
     }
+    /// `z_θ` of the states of signals where they rest, shape of all internal variables; `None` where
+    /// their rates do not change.
+    fn states(
+        &self,
+        run: &MechanismIntegrator,
+        design: &dyn Design,
+        k: usize,
+    ) -> Result<Option<Vec<f64>>, Singular> {
+        let mut rates = vec![0.0; self.about.internal.len()];
+        design.add_rates(k, Place::Gauss(&self.about, 1.0), &mut rates);
+        if rates.iter().all(|rate| *rate == 0.0) {
+            return Ok(None);
+        }
+        let at = Configuration { internal: &self.about.internal, ..run.state().configuration() };
+        resting_change(run, at, (&vec![0.0; at.q.len()], rates)).map(Some)
+    }
+}
+
+/// `−φ_z⁻¹ (φ_q δq + φ_θ)` of the states of signals at rest, shape of all internal variables; `φ_θ`
+/// of the same shape.
+///
+/// # Errors
+/// [`Singular`] where they rest nowhere, as an integral does.
+pub(crate) fn resting_change(
+    run: &MechanismIntegrator,
+    at: Configuration<'_>,
+    (dq, by_parameter): (&[f64], Vec<f64>),
+) -> Result<Vec<f64>, Singular> {
+    let mut change = by_parameter;
+    let still = vec![0.0; at.q.len()];
+    let Some(found) = run.system().state_rates(at.moving(&still)) else { return Ok(change) };
+    let signals = run.system().places_of_signals();
+    let is_signal = |row: &usize| signals.contains(&found.places[*row]);
+    let rows: Vec<usize> = (0..found.places.len()).filter(is_signal).collect();
+    let by_state = found.by_state.select_rows(&rows).select_columns(&rows);
+    let moved = &found.by_position * DVector::from_column_slice(dq);
+    let own = |row: usize, _| -(moved[rows[row]] + change[found.places[rows[row]]]);
+    let own = DVector::from_fn(rows.len(), own);
+    let own = by_state.lu().solve(&own).ok_or(Singular)?;
+    change.fill(0.0);
+    rows.iter().zip(&own).for_each(|(row, own)| change[found.places[*row]] = *own);
+    Ok(change)
 }

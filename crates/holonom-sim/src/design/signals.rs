@@ -7,14 +7,11 @@
 //! A signal with states is taken apart into signals that are values or rates ([`Signal::parts`]),
 //! which have the states of the signal in their order.
 
-use super::{LEAVE_OUT, refused};
 use holonom_model::expression::Moving;
 use holonom_model::{
-    Formula, Model, ModelError, MovingText, OUTPUT, ParameterTangent, Signal, SignalPart, Slopes,
-    Start,
+    Formula, Model, MovingText, OUTPUT, ParameterTangent, Signal, SignalPart, Slopes,
 };
 use std::collections::BTreeMap;
-use vi_constraints::Method;
 
 /// The signals of a model, taken apart.
 #[derive(Default)]
@@ -111,26 +108,5 @@ impl StateSlopes {
     pub(super) fn watched(&self) -> Option<Vec<Option<Formula>>> {
         let all: Vec<_> = self.rates.iter().chain(&self.starts).cloned().collect();
         all.iter().any(Option::is_some).then_some(all)
-    }
-
-    /// # Errors
-    /// [`ModelError`] where a state changes in steps or from a start that do not know it.
-    pub(super) fn supported(&self, name: &str, model: &Model) -> Result<(), ModelError> {
-        let settings = &model.settings;
-        if self.watched().is_none() {
-            return Ok(());
-        }
-        if settings.start == Start::Relaxed {
-            let what =
-                format!("the derivative by `{name}` of states of signals that begin at rest");
-            let help = format!("let it begin where the model states, or {LEAVE_OUT}");
-            return Err(refused("simulation.start", what, help));
-        }
-        if let Method::Galerkin(_) = settings.method() {
-            let what = format!("the derivative by `{name}` of states of signals in Galerkin steps");
-            let help = format!("write method = \"composition\", or {LEAVE_OUT}");
-            return Err(refused("simulation.method", what, help));
-        }
-        Ok(())
     }
 }

@@ -8,7 +8,7 @@
 
 use crate::design::refused;
 use crate::shown::{all_read, named};
-use crate::statics::{Statics, growing, refuse_states};
+use crate::statics::{Statics, growing};
 use crate::system::outside::{Outside, OutsideMotion, Still};
 use crate::system::time_function::TimeFunctions;
 use holonom_model::{Constraint, CountedAt, Model, ModelError, Problem, Scheme, SensorKind, Start};
@@ -65,7 +65,6 @@ impl AtEnd {
 
 /// Refuses objectives of these names, all where there are none, that are none of an equilibrium.
 pub(crate) fn supported(model: &Model, of: &[String]) -> Result<(), ModelError> {
-    refuse_states(model, "gradients of equilibria")?;
     let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
     for own in chosen {
         let key = format!("objective.{}", own.name);

@@ -138,7 +138,7 @@ fn refusal(text: &str) -> String {
     gradient(&source, &[], &model, &Wanted::everything()).unwrap_err().to_string()
 }
 
-/// A hanging rod that a law pushes by what a filter leaves.
+/// A hanging rod that a controller pushes, whose derivative rests at its error.
 const AT_REST: &str = r#"
 [model]
 name = "hangs"
@@ -162,21 +162,20 @@ position = [0.0, 0.0, 0.0]
 axis = [0.0, 1.0, 0.0]
 [[signal]]
 name = "s"
-filter = { of = "1 - slide", time_constant = "= 0.1*c" }
+pid = { of = "c - slide", proportional = "= 4*c", derivative = "= 0.3*c", filter = "= 0.1*c" }
 [[law]]
 name = "pushes"
 joint = "slide"
 effort = "s"
 "#;
 
-/// Gains of zero, which have no state, what is sampled or delayed, and states in Galerkin steps.
+/// Gains of zero, which have no state, and what is sampled or delayed.
 #[test]
 fn numbers_of_signals_without_derivatives_are_refused() {
     let signal = |own: &str| {
         let law = "[[law]]\nname = \"pushes\"\njoint = \"slide\"\neffort = \"s\"\n";
         format!("{}[[signal]]\nname = \"s\"\n{own}\n{law}", without_controls(&held()))
     };
-    let lag = signal("filter = { of = \"slide\", time_constant = \"= 0.1*c\" }");
     let cases = [
         (
             signal("pid = { of = \"-slide\", proportional = 2.0, integral = \"= c - 0.4\" }"),
@@ -193,8 +192,6 @@ fn numbers_of_signals_without_derivatives_are_refused() {
             ),
             "signal.s.transfer.numerator.0",
         ),
-        (by(&lag, "method = \"galerkin\"\norder = 4\n"), "simulation.method"),
-        (by(AT_REST, "start = \"relaxed\"\n"), "simulation.start"),
     ];
     for (text, key) in cases {
         let text = sensing(&text, "type = \"position\"\nof = \"lower\"\n", "x", "");
@@ -235,6 +232,46 @@ fn numbers_of_signals_with_states_agree_with_differences() {
     all.extend(of(&["power"], PATH));
     all.push(Seen::new(shown, "", PATH));
     Worst::default().compare_all(&text, &all, WITHIN);
+    for order in ["2", "4"] {
+        let galerkin = by(&text, &format!("method = \"galerkin\"\norder = {order}\n"));
+        let mut at_end = of(&["effort", "work"], "");
+        at_end.push(Seen::new(shown, "", PATH));
+        Worst::default().compare_all(&galerkin, &at_end, WITHIN);
+    }
+}
+
+/// Of a closed loop: gains, time constants and coefficients of a controller of its crank.
+#[test]
+fn numbers_of_signals_beside_a_loop_agree_with_differences() {
+    let steers = "[[signal]]\nname = \"s\"\npid = { of = \"0.5 - shaft\", proportional = \"= 3*gain\", integral = \"= gain\", derivative = \"= 0.2*gain\", filter = \"= 0.1*gain\" }\n\
+                  [[signal]]\nname = \"late\"\ntransfer = { of = \"s + gain*pin\", numerator = [\"= gain\", 20.0], denominator = [1.0, \"= 30*gain\"] }\n\
+                  [[law]]\nname = \"steers\"\njoint = \"shaft\"\neffort = \"late\"\n";
+    let linkage =
+        without_objectives(LINKAGE).replace("[parameters]\n", "[parameters]\ngain = 0.7\n");
+    let linkage = linkage + steers;
+    let own = [("effort", "steers", "", &[""][..]), ("joint_rate", "pin", "", &[""])];
+    for steps in ["", "method = \"galerkin\"\norder = 4\n"] {
+        compare_both(&by(&linkage, steps), &own);
+    }
+}
+
+/// At a relaxed start that depends on what a controller asks for.
+#[test]
+fn signals_at_a_relaxed_start_agree_with_differences() {
+    let place = "type = \"position\"\nof = \"lower\"\n";
+    let (pid, law) = (AT_REST.find("pid").unwrap(), AT_REST.find("\n[[law]]").unwrap());
+    // states that begin elsewhere than where they rest
+    let shaped =
+        "transfer = { of = \"c - slide\", numerator = [2.0], denominator = [1.0, \"= 3*c\"] }";
+    let shaped = format!("{}{shaped}{}", &AT_REST[..pid], &AT_REST[law..]);
+    for text in [AT_REST, &shaped] {
+        let text = by(text, "start = \"relaxed\"\n");
+        for (steps, at) in [("", ""), ("", PATH), ("method = \"galerkin\"\norder = 4\n", "")] {
+            let effort = "type = \"effort\"\nof = \"pushes\"\n";
+            let own = [Seen::new(place, "x", at), Seen::new(effort, "", at)];
+            Worst::default().compare_all(&by(&text, steps), &own, WITHIN);
+        }
+    }
 }
 
 #[test]

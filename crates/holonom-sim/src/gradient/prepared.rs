@@ -2,6 +2,7 @@
 
 use super::equilibrium::{self, AtEnd};
 use super::objective::{Costs, Prices};
+use crate::design::relaxed::resting_change;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::stored;
 use crate::design::{ModelTangent, refused};
@@ -348,6 +349,12 @@ impl Begin {
         let mass = system.dynamics.parts.mass_matrix(&system.mechanism);
         let State { t, q, .. } = begun.state;
         let (v, stated_v, how) = (begun.v, stated.v, stated.how);
+        if let How::Standing { .. } = how {
+            let mut state = run.state().clone();
+            let at = Configuration { internal: &[], ..run.state().configuration() };
+            run.system().rest_signals(at.moving(&v), &mut state.internal);
+            run.place_at(&state);
+        }
         let own = match outside.start == JointStart::default() {
             true => None,
             false => {
@@ -387,6 +394,18 @@ impl Begin {
         }
         if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
             signals.add_begin(at.moving(&self.v), &mut z);
+        }
+        if let How::Standing { .. } = self.how {
+            // states stay where they rest
+            let at = run.state().configuration();
+            let mut rates = vec![0.0; z.len()];
+            if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
+                signals.add_rates(at.moving(&self.v), &mut rates);
+            }
+            match resting_change(run, at, (q, rates)) {
+                Ok(own) => run.system().places_of_signals().for_each(|k| z[k] = own[k]),
+                Err(_) => z.fill(f64::NAN),
+            }
         }
         // V_θ(q_0)
         let places = run.system().places_of_works();

@@ -130,6 +130,26 @@ fn laws_tables_signals_and_motors_count_in_equilibria() {
     compare("mixed", &text, 1e-8);
 }
 
+/// A controller whose derivative rests at its error, a filter of it with a start of its own, and a
+/// transfer function.
+#[test]
+fn signals_with_states_count_in_equilibria() {
+    let pid = "pid = { of = \"turn - hinge - 0.1*c*slide\", proportional = \"= 0.3*gain\", derivative = \"= c\", filter = \"= 0.1*c\", feedforward = \"k*sin(turn)\" }\n\
+               [[signal]]\nname = \"late\"\nfilter = { of = \"c*slow + hinge + 0.2*shaped\", time_constant = \"= 0.2*c\" }\nstart = \"= c\"\n\
+               [[signal]]\nname = \"shaped\"\ntransfer = { of = \"hinge + 0.3*slow\", numerator = [\"= k\", 3.0], denominator = [1.0, \"= 2*k\", \"= 9*c\"] }";
+    let mixed = [("value = \"hinge + 0.1*slide\"", pid), ("- 2*slow", "+ 2*late")];
+    let text = [
+        changed(MIXED, &mixed),
+        position("place", "bob", "z", 0.5),
+        sensing("angle", "type = \"joint_coordinate\"\nof = \"hinge\"", "", 0.9),
+        sensing("acts", "type = \"effort\"\nof = \"stiffens\"", "", 2.0),
+        sensing("shown", "type = \"expression\"\nvalue = \"late + c*slow\"", "", 2.0),
+        sensing("bent", "type = \"reaction\"\nof = \"hinge\"\nframe = \"space\"", "fz", 1.0),
+    ]
+    .concat();
+    compare("lag", &text, 1e-8);
+}
+
 #[test]
 fn prescribed_motions_and_gears_count_in_equilibria() {
     let text = [
@@ -256,12 +276,10 @@ fn what_equilibria_do_not_have_is_refused_by_its_key() {
     let work = sensing("done", "type = \"work\"\nof = \"a\"", "spring", 1.0);
     let error = refused(&format!("{FRAME}{work}"));
     assert!(error.contains("objective.o_done.sensor") && error.contains("work"), "{error}");
-    let lag = changed(
-        MIXED,
-        &[("value = \"hinge + 0.1*slide\"", "filter = { of = \"hinge\", time_constant = 0.2 }")],
-    );
+    let lag = "rate = \"hinge + 0.1*slide\"";
+    let lag = changed(MIXED, &[("value = \"hinge + 0.1*slide\"", lag)]);
     let error = refused(&format!("{lag}{}", position("at", "bob", "x", 1.0)));
-    assert!(error.contains("signal.slow.filter"), "{error}");
+    assert!(error.contains("signal.slow.rate") && error.contains("integrates"), "{error}");
     let text = ModelText::from_text(Path::new("model.toml"), format!("{FRAME}{place}"));
     let wanted = Wanted { parameters: false, ..Wanted::everything() };
     let error = gradient(&text, &[], &text.model(&[]).unwrap(), &wanted).unwrap_err().to_string();

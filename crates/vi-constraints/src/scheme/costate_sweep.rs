@@ -198,6 +198,14 @@ impl Linearization {
         }
     }
 
+    /// Adds sources of the rates of continuous states of signals at a part, shape of all internal
+    /// variables; those of Gauss nodes count.
+    pub fn add_rate_sources(&mut self, k: usize, rates: &[f64]) {
+        if let Self::Galerkin(step) = self {
+            step.add_rate_sources(k, rates);
+        }
+    }
+
     /// Replaces a tangent at the start of the step by its image at the end, with these sources
     /// [2.37], [2.49].
     ///

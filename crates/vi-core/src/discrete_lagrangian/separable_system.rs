@@ -153,6 +153,13 @@ impl SeparableSystem {
         first..first + self.variable_count_of_signals()
     }
 
+    /// Puts the states of signals where they rest at an equilibrium, among all internal variables.
+    pub fn rest_signals(&self, at: Motion<'_>, internal: &mut [f64]) {
+        if let Some(signals) = &self.signals {
+            signals.rest(at, &mut internal[self.places_of_signals()]);
+        }
+    }
+
     /// How all internal variables change at the start of a motion whose configuration and velocity
     /// change by `dq` and `dv`: `δz_0`. Those of forces start at zero.
     #[must_use]

@@ -38,7 +38,7 @@ pub(super) trait Explicit: Send + Sync {
 }
 
 /// Coordinates, angles and internal variables at a Gauss node.
-fn node(s: &Interval) -> Configuration<'_> {
+pub(super) fn node(s: &Interval) -> Configuration<'_> {
     Configuration { t: s.t_mid(), ..s.start() }
 }
 

@@ -431,6 +431,12 @@ impl Design for MechanismDesign {
         }
     }
 
+    fn add_rates(&self, k: usize, at: Place<'_>, out: &mut [f64]) {
+        if let (Some(own), Place::Gauss(s, _)) = (&self.parameters[k].signals, at) {
+            own.add_rates(explicit::node(s).moving(&s.v_mid), out);
+        }
+    }
+
     fn add_internal_adjoint(&self, at: Place<'_>, y: &[f64], sums: &mut [f64]) {
         let mut change = vec![0.0; y.len()];
         for (k, sum) in (0..self.parameters.len()).zip(sums) {
@@ -459,6 +465,13 @@ impl Design for MechanismDesign {
             let mut sink = Weighed { costates, sum: 0.0 };
             self.parameters[k].emit_beside(at, impulse, &mut sink);
             sums[k] += sink.sum;
+        }
+        let mut change = vec![0.0; costates.rates.len()];
+        let moves = |k: &usize| self.parameters[*k].signals.is_some() && !change.is_empty();
+        for k in (0..self.parameters.len()).filter(moves).collect::<Vec<_>>() {
+            change.fill(0.0);
+            self.add_rates(k, at, &mut change);
+            sums[k] += dot(&change, costates.rates);
         }
         if at.has_forces() {
             self.masses.add(at.interval(), costates, sums);

@@ -4,7 +4,8 @@
 //! z̄ = z_n + (h/2) φ,  z_{n+1} = 2 z̄ − z_n,   ψ = (h/2) φ_θ(y, z̄)
 //! (f_d^∓)_θ = ∂f_d^∓/∂z_n ψ,   (z_{n+1})_θ = ∂z_{n+1}/∂z_n ψ + ψ                                    [2.59]
 //! ```
-//! The change of a rate acts as one of the start of the step that its end has, too.
+//! The change of a rate acts as one of the start of the step that its end has, too. At the Gauss
+//! nodes of Galerkin steps `φ_θ` is a source of the collocation of the states.
 
 use crate::force::law::SignalStates;
 use vi_core::Motion;
@@ -59,6 +60,15 @@ impl SignalTangent {
             }
         });
         shift
+    }
+
+    /// `out ← out + φ_θ` at a node whose internal variables are listed; shape of all of them.
+    pub fn add_rates(&self, at: Motion<'_>, out: &mut [f64]) {
+        let (first, states) = (self.states.reading.first, &self.states.reading.states);
+        self.changes.with_efforts_at_node(at, |efforts| {
+            let all = states.iter().zip(efforts);
+            all.for_each(|(place, rate)| out[first + place] += rate);
+        });
     }
 
     /// `out ← out + (z_{n+1})_θ`; shape of all internal variables.

@@ -460,6 +460,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         };
         let (step, momentum) = (&self.mu[..], &self.momentum[..]);
         let apart = [!self.balances_efforts(), !self.holds_efforts() && !self.ends[1]];
-        visit(Place::Step(s), impulse, Costates { step, momentum, rows, moved, apart });
+        let costates = Costates { step, momentum, rows, moved, apart, rates: &[] };
+        visit(Place::Step(s), impulse, costates);
     }
 }

@@ -1,17 +1,17 @@
 //! A Galerkin step, linearized: tangents forward, costates backward.
 //!
 //! With `H_ij` of `blocks.rs`, impulses `Λ_i` of the control points, states `z_k` of signals
-//! at the Gauss nodes and sources `w_s`, `g_s`:
+//! at the Gauss nodes and sources `w_s`, `g_s`, `φ_s`:
 //! ```text
 //! Σ_j≥1 H_ij δq_j − G(q_i)ᵀ δΛ_i + Σ_k w_{i,z} δz_k = −(δ_i0 δp̄ + H_i0 δq + w_{s,i})   i = 0 … s−1
-//! G(q_j) δq_j = −g_{s,j}   j = 1 … s,     δz_k − h Σ_j A_kj δφ_j = δz
-//! δp̄' = Σ_j H_sj δq_j + Σ_k w_{s,z} δz_k + w_{s,s},     δz' = δz + h Σ_k b_k δφ_k                 [2.49]
+//! G(q_j) δq_j = −g_{s,j}   j = 1 … s,     δz_k − h Σ_j A_kj δφ_j = δz + h Σ_j A_kj φ_{s,j}
+//! δp̄' = Σ_j H_sj δq_j + Σ_k w_{s,z} δz_k + w_{s,s},     δz' = δz + h Σ_k b_k (δφ_k + φ_{s,k})     [2.49]
 //! ```
 //! Backward with the transposed matrix, from the costates `a', b', y'` to those at the start:
 //! ```text
 //! Σ_i H_ijᵀ m_i + G(q_j)ᵀ σ_j − … = δ_js a' + H_sjᵀ b' + …,     G(q_i) m_i = 0
 //! x = (−m_0 … −m_{s−1}, b'),   a = Σ_i H_i0ᵀ x_i + …,   b = −m_0,   y = y' + Σ_k ζ_k               [2.50]
-//! dJ = Σ_i x_i·w_{s,i} − Σ_j σ_j·g_{s,j}
+//! dJ = Σ_i x_i·w_{s,i} − Σ_j σ_j·g_{s,j} + Σ_j h (b_j y' + Σ_k A_kj ζ_k)·φ_{s,j}
 //! ```
 //! One sparse factorization over independent rows serves both. Its parts: [`Parts`].
 #![allow(non_snake_case)] // A, D, E, G, H
@@ -36,13 +36,15 @@ pub struct GalerkinLinearization {
     blocks: Blocks,
     matrix: Option<(SparseMatrix, SparseLu)>,
     parts: Parts,
-    interpolates: bool,         // strains, in the last step
-    sources: Vec<Vec<f64>>,     // (s + 1) × n  w_s
-    row_sources: Vec<Vec<f64>>, // s × m  g_s
-    solution: Vec<f64>,         // s n, s r, then states of each Gauss node
-    x: Vec<Vec<f64>>,           // (s + 1) × n
-    sigma: Vec<Vec<f64>>,       // s × m
-    scratch: [Vec<f64>; 2],     // n, internal variables
+    interpolates: bool,          // strains, in the last step
+    sources: Vec<Vec<f64>>,      // (s + 1) × n  w_s
+    row_sources: Vec<Vec<f64>>,  // s × m  g_s
+    rate_sources: Vec<Vec<f64>>, // s × internal variables  φ_s
+    solution: Vec<f64>,          // s n, s r, then states of each Gauss node
+    x: Vec<Vec<f64>>,            // (s + 1) × n
+    sigma: Vec<Vec<f64>>,        // s × m
+    rates: Vec<Vec<f64>>,        // s × internal variables, or nothing: their costates
+    scratch: [Vec<f64>; 2],      // n, internal variables
     dropped: DroppedRows,
 }
 
@@ -59,9 +61,11 @@ impl GalerkinLinearization {
             interpolates: false,
             sources: vectors(s + 1, n),
             row_sources: vectors(s, m),
+            rate_sources: vectors(s, 0),
             solution: Vec::new(),
             x: vectors(s + 1, n),
             sigma: vectors(s, m),
+            rates: vectors(s, 0),
             scratch: [vec![0.0; n], Vec::new()],
             dropped: DroppedRows::new(n, m),
         }
@@ -136,7 +140,16 @@ impl GalerkinLinearization {
 
     /// No sources from now on.
     pub fn clear_sources(&mut self) {
-        self.sources.iter_mut().chain(&mut self.row_sources).for_each(|own| own.fill(0.0));
+        let all = self.sources.iter_mut().chain(&mut self.row_sources);
+        all.chain(&mut self.rate_sources).for_each(|own| own.fill(0.0));
+    }
+
+    /// Adds sources of the rates of continuous states at a part, shape of all internal variables;
+    /// those of Gauss nodes count.
+    pub fn add_rate_sources(&mut self, k: usize, rates: &[f64]) {
+        let Some(own) = self.rate_sources.get_mut(k) else { return };
+        own.resize(rates.len(), 0.0);
+        own.iter_mut().zip(rates).for_each(|(own, rate)| *own += rate);
     }
 
     /// Adds the sources of a part.
@@ -173,6 +186,7 @@ impl GalerkinLinearization {
         d: &mut Tangent,
     ) -> Result<(), LinearizationError> {
         let Self { blocks, matrix, solution, sources, row_sources, scratch, dropped, .. } = self;
+        let rate_sources = &self.rate_sources;
         let (n, s, r, m) = blocks.shape();
         let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
         solution.fill(0.0);
@@ -191,7 +205,8 @@ impl GalerkinLinearization {
             let A = |j: usize| blocks.points.constants().A[(k, j)];
             blocks.rates_by_point(A, 0, &mut Product { v: &d.q, out });
             for (x, place) in out.iter_mut().zip(&blocks.states[k].places) {
-                *x += d.z[*place];
+                let source = |(j, own): (usize, &Vec<f64>)| A(j) * own.get(*place).unwrap_or(&0.0);
+                *x += d.z[*place] + h * rate_sources.iter().enumerate().map(source).sum::<f64>();
             }
         }
         let (_, lu) = matrix.as_mut().ok_or(Singular)?;
@@ -214,6 +229,9 @@ impl GalerkinLinearization {
             for (k, z) in states.chunks_exact(m).enumerate() {
                 blocks.by_state(s, k, &mut Product { v: z, out: momentum });
                 blocks.rates_by_state(k, b[k], &mut Product { v: z, out: &mut rates });
+                for (rate, place) in rates.iter_mut().zip(places) {
+                    *rate += h * b[k] * rate_sources[k].get(*place).unwrap_or(&0.0);
+                }
             }
             places.iter().zip(&rates).for_each(|(place, rate)| next[*place] += rate);
         }
@@ -246,7 +264,7 @@ impl GalerkinLinearization {
         constraints: &impl Constraints,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        let Self { blocks, matrix, solution, x, sigma, parts, .. } = self;
+        let Self { blocks, matrix, solution, x, sigma, rates, parts, .. } = self;
         let (n, s, r, m) = blocks.shape();
         let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
         let Costate { q: a, p: momentum, z } = costate;
@@ -280,6 +298,16 @@ impl GalerkinLinearization {
             transposed(zeta, a, &|out| blocks.rates_by_point(A, 0, out));
             places.iter().zip(zeta).for_each(|(place, zeta)| z[*place] += zeta);
         }
+        let zeta = &solution[s * (n + r)..];
+        for (j, rates) in rates.iter_mut().enumerate().filter(|_| m > 0) {
+            rates.clear();
+            rates.resize(z.len(), 0.0);
+            for (i, place) in places.iter().enumerate() {
+                let A = |k: usize| blocks.points.constants().A[(k, j)];
+                let sum: f64 = (0..s).map(|k| A(k) * zeta[k * m + i]).sum();
+                rates[*place] = h * (b[j] * y[i] + sum);
+            }
+        }
         momentum.copy_from_slice(&x[0]);
         for (sigma, own) in sigma.iter_mut().zip(solution[s * n..].chunks_exact(r.max(1))) {
             blocks.multiplier.rows().scatter(&own[..r], sigma);
@@ -292,7 +320,10 @@ impl GalerkinLinearization {
     #[must_use]
     pub fn costates(&self, k: usize) -> Costates<'_> {
         match k.checked_sub(2 * self.stages()) {
-            None => self.parts.costates(k, &self.sigma),
+            None => {
+                let rates = self.rates.get(k).map_or(&[][..], Vec::as_slice);
+                Costates { rates, ..self.parts.costates(k, &self.sigma) }
+            }
             Some(i) => self.parts.costates_of_point(&self.x[i]),
         }
     }

@@ -105,6 +105,12 @@ impl Signals for SignalStates {
         self.reading.with_inputs(at, out, |y, own| self.sampler.begin(y, own));
     }
 
+    fn rest(&self, at: Motion<'_>, out: &mut [f64]) {
+        let mut all = Vec::with_capacity(out.len());
+        SignalStates::rest(self, at, &mut all);
+        out.copy_from_slice(&all);
+    }
+
     fn begin_change(&self, at: Motion<'_>, [dq, dv]: [&[f64]; 2], out: &mut [f64]) {
         let change = |input: &Input| {
             let mut sum = 0.0;
