@@ -84,8 +84,8 @@ pub trait Design {
     /// of them; of a Galerkin step the sum over its Gauss nodes.
     fn add_internal(&self, _k: usize, _at: Place<'_>, _out: &mut [f64]) {}
 
-    /// Along parameter `k`: `out += φ_θ` of the rates of continuous states of signals at a Gauss node
-    /// of a Galerkin step, shape of all internal variables.
+    /// Along parameter `k`: `out += φ_θ` of the rates of continuous states of signals at a Gauss
+    /// node of a Galerkin step, shape of all internal variables.
     fn add_rates(&self, _k: usize, _at: Place<'_>, _out: &mut [f64]) {}
 
     /// Number of sums over the steps that the derivatives by all parameters are made of: what

@@ -415,8 +415,8 @@ impl Found<'_> {
     }
 
     /// The same of what reads accelerations, those of the steps on both sides where they are known,
-    /// or the acceleration level; also of multipliers where they are not known. `parameters`: of the
-    /// design; `of_lambda` takes the derivatives by multipliers that are.
+    /// or the acceleration level; also of multipliers where they are not known. `parameters`: of
+    /// the design; `of_lambda` takes the derivatives by multipliers that are.
     fn of_level(
         &self,
         (y, reader, state): (&dyn NodeQuantity, &NodeReader, &State),

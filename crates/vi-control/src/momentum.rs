@@ -256,8 +256,8 @@ impl Term for TerminalMomentum {
     }
 }
 
-/// A momentum of a node with its velocity, `p̄ = M v̂`: `M` as it is, in runs whose steps add nothing
-/// to it, and without parameters.
+/// A momentum of a node with its velocity, `p̄ = M v̂`: `M` as it is, in runs whose steps add
+/// nothing to it, and without parameters.
 #[derive(Clone, Debug)]
 pub struct NodeMomentum {
     /// `Φ`.

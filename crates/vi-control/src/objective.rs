@@ -536,8 +536,8 @@ impl Objective {
         self.along.push((weight, term));
     }
 
-    /// Adds a term of nodes and of the multipliers of the steps from there, those of order 2, and of
-    /// their accelerations: those of the steps on both sides, at the last node those of the
+    /// Adds a term of nodes and of the multipliers of the steps from there, those of order 2, and
+    /// of their accelerations: those of the steps on both sides, at the last node those of the
     /// acceleration level; at the first node both are of that level.
     pub fn add_step_term(&mut self, weight: f64, counted: Counted, term: Box<dyn StepTerm>) {
         self.steps.0.push((weight, counted, term));

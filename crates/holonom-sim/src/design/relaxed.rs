@@ -202,8 +202,8 @@ impl Equilibrium {
         x.truncate(n);
         Ok(x)
     }
-    /// `z_θ` of the states of signals where they rest, shape of all internal variables; `None` where
-    /// their rates do not change.
+    /// `z_θ` of the states of signals where they rest, shape of all internal variables; `None`
+    /// where their rates do not change.
     fn states(
         &self,
         run: &MechanismIntegrator,
