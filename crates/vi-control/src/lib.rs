@@ -39,6 +39,7 @@ pub mod optimum;
 pub mod pounce;
 pub mod priced;
 pub mod program;
+mod reads;
 pub mod replay;
 pub mod sensitivities;
 pub mod singular_values;

@@ -6,6 +6,7 @@
 //! ```
 
 use crate::objective::{Quantity, Seen};
+pub use crate::reads::Reads;
 use vi_core::{Configuration, Motion};
 use vi_multibody::law::Input;
 
@@ -50,35 +51,6 @@ impl Slopes<'_> {
     pub fn again(&mut self) -> Slopes<'_> {
         let Self { q, v, lambda, a, z } = self;
         Slopes { q, v, lambda, a, z }
-    }
-}
-
-/// What a number reads of a node beside configuration and velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reads {
-    /// `λ`.
-    pub forces: bool,
-    /// `a`.
-    pub accelerations: bool,
-    /// Internal variables.
-    pub internal: bool,
-}
-
-impl Reads {
-    /// What either reads.
-    #[must_use]
-    pub fn or(self, other: Self) -> Self {
-        Self {
-            forces: self.forces || other.forces,
-            accelerations: self.accelerations || other.accelerations,
-            internal: self.internal || other.internal,
-        }
-    }
-
-    /// Whether multipliers or accelerations are.
-    #[must_use]
-    pub fn any(self) -> bool {
-        self.forces || self.accelerations
     }
 }
 

@@ -7,7 +7,7 @@
 //! ```
 //! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
-use crate::node::Reads;
+use crate::reads::Reads;
 use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Product;

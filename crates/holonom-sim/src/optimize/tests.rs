@@ -191,9 +191,9 @@ load = [{ name = "push", body = "cart", force = [1.0, 0.0, 0.0], history = { typ
 sensor = [{ name = "x", type = "joint_coordinate", of = "rail" }, { name = "angle", type = "joint_coordinate", of = "pin" }, { name = "rail_rate", type = "joint_rate", of = "rail" }, { name = "pin_rate", type = "joint_rate", of = "pin" }]
 "#;
 
-/// Momenta along the joints of a tree at the end as an objective beside a place that is out of
-/// reach: their sum of squares is that of the gradient of the result, whose derivatives vanish along
-/// the parameters within their bounds.
+/// Momenta along the joints of a tree at the end as an objective beside a place: their sum of
+/// squares is that of the gradient of the result, whose derivatives vanish along the parameters
+/// within their bounds.
 #[test]
 fn momenta_at_the_end_become_least() {
     use crate::gradient::{Wanted, gradient};
