@@ -1,7 +1,7 @@
 //! Browsers that stay open: each shows one page after another, told so by DevTools messages.
 //!
 //! A browser reads messages from one pipe and answers on another one, each a line of JSON that ends
-//! with a zero byte (<https://chromedevtools.github.io/devtools-protocol/>). It ends when its pipe does.
+//! with a zero byte (<https://chromedevtools.github.io/devtools-protocol/>). It ends with its pipe.
 
 use super::browser::Shown;
 use base64::prelude::{BASE64_STANDARD as STANDARD, Engine as _};

@@ -58,8 +58,10 @@ fn renew(root: &Path, page: &str) -> Result<Renewed, String> {
                 let (last, files) = (cells[cells.len() - 2], &mut Vec::new());
                 for file in named(last) {
                     match place(root, &sources, (&section, &file), anchor) {
-                        Some(found) => files.push(found),
-                        None => renewed.missing.push(format!("{}: {file}", cells[1])),
+                        Ok(found) => files.push(found),
+                        Err(what) => {
+                            renewed.missing.push(format!("{}: {file}{what}", cells[1]));
+                        }
                     }
                 }
                 let head = line.trim_end().trim_end_matches('|').trim_end();
@@ -111,27 +113,36 @@ fn named(cell: &str) -> Vec<String> {
     code.map(|name| name.split(':').next().unwrap_or(name).to_owned()).collect()
 }
 
-/// The first file with this name that has an anchor, those of the crate of the section first, and
-/// the line of the anchor.
+/// The file with this name that has an anchor, of the crate of the section if it has one, and the
+/// line of the anchor.
+///
+/// # Errors
+/// What comes after the name in a message: nothing where no file has an anchor, or the files among
+/// which the name does not choose.
 fn place(
     root: &Path,
     sources: &[PathBuf],
     (section, file): (&str, &str),
     anchors: &[String],
-) -> Option<String> {
-    let of_crate = |path: &&PathBuf| {
-        let inside = path.strip_prefix(root.join("crates")).ok();
-        let name = inside.and_then(|p| p.iter().next()).map(|p| p.to_string_lossy().into_owned());
-        !name.is_some_and(|name| section.contains(&format!("`{name}`")))
-    };
-    let mut candidates: Vec<&PathBuf> = sources.iter().filter(|p| p.ends_with(file)).collect();
-    candidates.sort_by_key(of_crate);
-    candidates.into_iter().find_map(|path| {
+) -> Result<String, String> {
+    let found = |path: &PathBuf| {
         let text = std::fs::read_to_string(path).ok()?;
         let line = anchors.iter().find_map(|anchor| line_of(&text, anchor))?;
-        let link = path.strip_prefix(root).ok()?.display().to_string();
-        Some(format!("[`{file}:{line}`]({link}#L{line})"))
-    })
+        Some((path.strip_prefix(root).ok()?.display().to_string(), line))
+    };
+    let of_crate = |(link, _): &&(String, usize)| {
+        link.split('/').nth(1).is_some_and(|name| section.contains(&format!("`{name}`")))
+    };
+    let all: Vec<_> = sources.iter().filter(|p| p.ends_with(file)).filter_map(found).collect();
+    let own: Vec<_> = all.iter().filter(of_crate).collect();
+    match if own.is_empty() { all.iter().collect() } else { own }[..] {
+        [(link, line)] => Ok(format!("[`{file}:{line}`]({link}#L{line})")),
+        [] => Err(String::new()),
+        ref several => {
+            let links: Vec<&str> = several.iter().map(|(link, _)| &link[..]).collect();
+            Err(format!(" stands for {}; state a folder", links.join(" and ")))
+        }
+    }
 }
 
 /// The line, from 1, that declares an identifier or has the label of an equation.
@@ -176,6 +187,20 @@ mod tests {
         assert_eq!(line_of(text, "(28)"), Some(3));
         assert_eq!((line_of(text, "step"), line_of(text, "lambda")), (Some(2), Some(4)));
         assert_eq!(line_of(text, "other"), None);
+    }
+
+    /// A name of two files chooses neither, unless one is of the crate of the section.
+    #[test]
+    fn a_name_of_two_files_is_refused() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let files = ["galerkin/linearization.rs", "linearization.rs"];
+        let sources = files.map(|own| root.join("crates/vi-constraints/src/scheme").join(own));
+        let find = |file| place(&root, &sources, ("", file), &["costates".to_owned()]);
+        let error = find("linearization.rs").unwrap_err();
+        assert!(error.contains(" and ") && error.contains("state a folder"), "{error}");
+        let found = find("scheme/linearization.rs").unwrap();
+        assert!(found.contains("src/scheme/linearization.rs#L"), "{found}");
+        assert_eq!(find("other.rs").unwrap_err(), "");
     }
 
     #[test]
