@@ -54,7 +54,7 @@ pub struct NewtonSummary {
 /// The energy `H_d(q_n, ᵠp_n)` along the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergySummary {
-    /// Initial `H_d`, J.
+    /// Initial `H_d`, before an impact at the first node, J.
     #[serde(deserialize_with = "number")]
     pub initial: f64,
     /// Largest deviation from it, J.
@@ -260,7 +260,9 @@ impl SummaryBuilder {
 
     /// Takes one node.
     pub fn record(&mut self, sample: &Sample) {
-        let Sample { step, hamiltonian, momentum, .. } = *sample;
+        let Sample { step, momentum, .. } = *sample;
+        // before what contacts do at the first node
+        let hamiltonian = sample.hamiltonian - sample.work;
         let first = self.first.get_or_insert(First { step, hamiltonian, momentum });
         let error = sample.hamiltonian - first.hamiltonian;
         self.energy_error = larger(self.energy_error, error);

@@ -4,7 +4,7 @@
 //! ```text
 //! forces       Σ (f_d^- + f_d^+)·Δq/h                      over the (sub-)steps
 //!              Σ h Σ_k b_k f(Q_k, V_k)·V_k                 over the steps of a Galerkin scheme
-//! constraints  −Σ b_n·v_n,  b_n = p̄_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
+//! constraints  −Σ b_n·v_n,  b_n = p̄_n + BᵀΛ_n + D_1 L_d + f_d^-    over the nodes: b_n = h Gᵀλ, the force is −Gᵀλ
 //!              −Σ_i w_i·V(c̃_i)                            over the control points of a Galerkin step [2.26]
 //!              −(p̄_N − ᵠp_N)·v̂_N                           the first half of the impulse of the last node
 //! contacts     Σ ½ Λ·(U⁺ + U⁻)                         over the nodes, those at touches too
@@ -148,7 +148,7 @@ impl Work {
 
     /// Adds a (sub-)step of a variational scheme.
     pub(crate) fn add(&mut self, system: &SeparableSystem, mechanism: &Mechanism, step: Step<'_>) {
-        let Step { s, gauss, polynomial, .. } = step;
+        let Step { s, gauss, polynomial, impulse, .. } = step;
         if let Some(polynomial) = polynomial {
             system.add_interpolated_work(&polynomial, &mut self.parts);
             for node in gauss {
@@ -166,6 +166,7 @@ impl Work {
         system.add_work(s, &mut self.force, &mut self.parts);
         let Some([node, _]) = &mut self.node else { return };
         system.forced_d1(s, &mut self.force);
+        self.force.iter_mut().zip(impulse).for_each(|(b, impulse)| *b += impulse);
         let weight = if node.h == 0.0 { 0.0 } else { node.h / (node.h + s.h) };
         let between = |i: usize| node.v[i] + weight * (s.v_mid[i] - node.v[i]);
         let mut constraints = 0.0;
@@ -187,17 +188,11 @@ impl Work {
         self.add_motions(constraints);
     }
 
-    /// Adds the work of contacts in a macro step. The impulses are part of `b_n`, so that what they
-    /// do is counted once more in the sum of prescribed motions, from which it is taken.
+    /// Adds the work of contacts in a macro step.
     pub(crate) fn add_contacts(&mut self, contacts: &Nonsmooth) {
         let first = self.parts.len() - 1 - contacts.elements().len();
-        let mut sum = 0.0;
         for contact in contacts.nodes().flat_map(|(_, contacts)| contacts) {
             self.parts[first + contact.id.element as usize] += contact.work;
-            sum += contact.work;
-        }
-        if self.node.is_some() {
-            self.add_motions(-sum);
         }
     }
 

@@ -31,13 +31,15 @@ pub struct Step<'a> {
     /// `h²λ` over all constraints, shape `m`, of schemes that find the multiplier of the step; else
     /// empty.
     pub multipliers: &'a [f64],
+    /// `BᵀΛ` of contacts at its start, N·s, shape `n`; empty without contacts.
+    pub impulse: &'a [f64],
 }
 
 impl<'a> Step<'a> {
     /// Without control points.
     #[must_use]
-    pub fn single(s: &'a Interval, multipliers: &'a [f64]) -> Self {
-        Self { s, gauss: &[], polynomial: None, multipliers }
+    pub fn single(s: &'a Interval, multipliers: &'a [f64], impulse: &'a [f64]) -> Self {
+        Self { s, gauss: &[], polynomial: None, multipliers, impulse }
     }
 
     /// The step alone, or `(q_n, q_j)`, `j = 1 … s`, of a Galerkin step: the last is the step, of
@@ -84,7 +86,7 @@ impl<'a> Transition<'a> {
     /// Of a step without control points.
     #[must_use]
     pub fn single(before: &'a State, s: &'a Interval, after: &'a State) -> Self {
-        let step = Step::single(s, &after.memory.multipliers);
+        let step = Step::single(s, &after.memory.multipliers, &[]);
         Self { before, step, after, impulse: ContactImpulse::default() }
     }
 

@@ -142,7 +142,8 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
                     scheme.interpolate();
                     let (multipliers, gauss) = (&state.memory.multipliers, scheme.gauss());
                     let (s, polynomial) = (scheme.interval(), scheme.polynomial());
-                    each(system, constraints, Step { s, multipliers, gauss, polynomial });
+                    let step = Step { s, multipliers, gauss, polynomial, impulse: &[] };
+                    each(system, constraints, step);
                 }
                 report
             };

@@ -59,15 +59,13 @@ impl NodeImpulses {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }
         if records.nodes.is_empty() && !self.lambda.is_empty() {
-            let Self { contacts, W, arrival, node_velocity, rows, lambda, impacts, .. } = self;
-            let own = &mut records.contacts[first..];
             let FirstImpulses { whole, up_to, arrived } = &mut records.first;
-            for of in [&mut *whole, &mut *up_to, &mut *arrived] {
+            self.contact_impulse(end.q.len(), whole);
+            for of in [&mut *up_to, &mut *arrived] {
                 of.resize(end.q.len(), 0.0);
             }
-            for (i, (lambda, impact)) in lambda.iter().zip(&*impacts).enumerate() {
-                rows.add_to(i, lambda + impact, whole);
-            }
+            let Self { contacts, W, arrival, node_velocity, rows, .. } = self;
+            let own = &mut records.contacts[first..];
             let add = |part: &[f64], to: &mut [f64]| {
                 part.iter().enumerate().for_each(|(i, part)| rows.add_to(i, *part, to));
             };
@@ -87,6 +85,18 @@ impl NodeImpulses {
         records.nodes.push(NodeRecord { t, before, after: h, contacts });
     }
 
+    /// `out ← BᵀΛ` of the step that was solved last, N·s, shape `n`; empty without contacts.
+    pub(super) fn contact_impulse(&self, n: usize, out: &mut Vec<f64>) {
+        out.clear();
+        if self.lambda.is_empty() {
+            return;
+        }
+        out.resize(n, 0.0);
+        for (i, (lambda, impact)) in self.lambda.iter().zip(&self.impacts).enumerate() {
+            self.rows.add_to(i, lambda + impact, out);
+        }
+    }
+
     fn record(&self, contact: &Contact, at: (f64, f64)) -> ContactRecord {
         let own = contact.row..contact.row + contact.law.rows();
         let of = |all: &[f64]| {
@@ -98,18 +108,16 @@ impl NodeImpulses {
         let [before, after] = [&self.arrival, &self.plus].map(|all| of(all));
         let impulse = [0, 1, 2].map(|i| rest[i] + impact[i]);
         let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
-        let status = match contact.law {
-            _ if impulse.iter().all(|x| *x == 0.0) => ContactStatus::Open,
-            _ if contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0 => {
-                ContactStatus::Impact
-            }
-            _ if contact.turns
-                || contact.course == Course::Struck
-                || contact.is_sliding(&self.lambda, &self.W, at) =>
-            {
-                ContactStatus::Slip
-            }
-            _ => ContactStatus::Stick,
+        let is_impact = contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0;
+        let turns = contact.turns || matches!(contact.course, Course::Reversing | Course::Struck);
+        let status = if contact.is_idle(&impulse, &self.W, at.0) {
+            ContactStatus::Open
+        } else if is_impact {
+            ContactStatus::Impact
+        } else if turns || contact.is_sliding(&self.lambda, &self.W, at) {
+            ContactStatus::Slip
+        } else {
+            ContactStatus::Stick
         };
         let (id, gap, slip) = (contact.id, contact.gap, contact.sigma);
         let (slip_before, place) = (contact.before, contact.place);

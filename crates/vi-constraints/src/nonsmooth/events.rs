@@ -102,6 +102,7 @@ pub struct Nonsmooth {
     v: [Vec<f64>; 2], // n  velocities at both ends of a step
     probe: Interval,
     first: Interval,          // of a step with several nodes
+    impulse: Vec<f64>,        // n  BᵀΛ of the last node, scratch
     base: Option<Box<State>>, // where a step begins
 }
 
@@ -130,6 +131,7 @@ impl Nonsmooth {
             v: [Vec::new(), Vec::new()],
             probe: none(),
             first: none(),
+            impulse: Vec::new(),
             base: None,
         }
     }
@@ -245,7 +247,9 @@ impl Nonsmooth {
             events += run.end.contacts.counts.events - base.contacts.counts.events;
             let s = run.scheme.interval();
             if let Some(each) = each {
-                each(run.system, run.constraints, Step::single(s, &run.end.memory.multipliers));
+                self.node.contact_impulse(s.dim(), &mut self.impulse);
+                let step = Step::single(s, &run.end.memory.multipliers, &self.impulse);
+                each(run.system, run.constraints, step);
             }
             if t_end.to_bits() == step.t_end.to_bits() {
                 break;

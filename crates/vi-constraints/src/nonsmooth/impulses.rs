@@ -320,8 +320,18 @@ impl Contact {
 
     /// Whether it slides: its impulses are at their bound, and its slip is more than rounding.
     pub(super) fn is_sliding(&self, lambda: &[f64], W: &Delassus, (speeds, h): (f64, f64)) -> bool {
-        let rows = self.row..self.row + self.law.rows();
+        let rows = self.rows();
         let compliance = W.at(rows.end - 1, rows.end - 1);
         self.slides_by(&lambda[rows], compliance, self.rounding(speeds, h))
+    }
+
+    /// Whether its impulses change velocities by no more than rounding.
+    pub(super) fn is_idle(&self, impulse: &[f64; 3], W: &Delassus, speeds: f64) -> bool {
+        let least = 4.0 * f64::EPSILON * speeds;
+        self.rows().zip(impulse).all(|(i, impulse)| W.at(i, i) * impulse.abs() <= least)
+    }
+
+    fn rows(&self) -> std::ops::Range<usize> {
+        self.row..self.row + self.law.rows()
     }
 }

@@ -50,6 +50,11 @@ pub(super) const CLOSED: f64 = 1e-11;
 /// Changes of the kind of a contact that tell of an iteration that does not settle it.
 const ALTERNATES: usize = 8;
 
+/// What counts as at the bound of Coulomb's law, in parts of it, and of dry friction, whose impulses
+/// may be those of a bound that was known before.
+const INSIDE: f64 = 1e-9;
+const INSIDE_DRY: f64 = 1e-3;
+
 /// How the normal of a contact is solved.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Kind {
@@ -349,16 +354,15 @@ impl Contact {
 
     /// Whether these impulses are on the rim of its cone, or at its bound.
     pub(super) fn slips(&self, lambda: &[f64]) -> bool {
-        const INSIDE: f64 = 1e-9; // parts of the bound
-        let (size, bound) = match self.law {
+        let (size, bound, inside) = match self.law {
             ContactLaw::Frictionless { .. } => return false,
             ContactLaw::Coulomb { .. } => {
-                (libm::hypot(lambda[1], lambda[2]), self.coefficient() * lambda[0])
+                (libm::hypot(lambda[1], lambda[2]), self.coefficient() * lambda[0], INSIDE)
             }
             // the bound may follow from forces that are known to the end of the iteration
-            ContactLaw::Dry { .. } => (lambda[0].abs(), self.bound),
+            ContactLaw::Dry { .. } => (lambda[0].abs(), self.bound, INSIDE_DRY),
         };
-        bound > 0.0 && size >= (1.0 - INSIDE) * bound
+        bound > 0.0 && size >= (1.0 - inside) * bound
     }
 
     /// Whether it slides at the end of the iteration; `compliance`: `W_ii` along a tangent,
