@@ -83,9 +83,11 @@ impl AtCoordinates<'_> {
     pub fn force(&self, n: &Strain) -> ElementCoordinates {
         match &self.forms {
             None => strain::force(&self.x, self.element.length, n),
-            Some(at) => {
-                helicoidal::force(&self.x, self.element.length, &at.pull_back(n).transpose())
-            }
+            Some(at) => helicoidal::force(
+                &self.x.data.0[0],
+                self.element.length,
+                &at.pull_back(n).transpose(),
+            ),
         }
     }
 
@@ -102,7 +104,7 @@ impl AtCoordinates<'_> {
     pub fn gradients(&self) -> StrainGradients {
         match &self.forms {
             None => strain::gradients(&self.x, self.element.length),
-            Some(at) => helicoidal::force(&self.x, self.element.length, &at.slopes()),
+            Some(at) => helicoidal::force(&self.x.data.0[0], self.element.length, &at.slopes()),
         }
     }
 
@@ -122,7 +124,8 @@ impl AtCoordinates<'_> {
         for i in 0..6 {
             bent.set_row(i, &(at.bends(&Strain::ith(i, 1.0)) * rates).transpose());
         }
-        helicoidal::force(&self.x, length, &bent) + helicoidal::force(v, length, &at.slopes())
+        helicoidal::force(&self.x.data.0[0], length, &bent)
+            + helicoidal::force(&v.data.0[0], length, &at.slopes())
     }
 
     /// `Σ c_ij ∇ε_i ∇ε_jᵀ + Σ n_i ∇²ε_i`: material and geometric part of a tangent.

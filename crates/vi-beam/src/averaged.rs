@@ -57,7 +57,7 @@
 //! selective mass scaling: L. Olovsson, K. Simonsson, M. Unosson, IJNME 63 (2005) 1436–1445.
 #![allow(non_snake_case)] // U_d, A, C
 
-use crate::at_start::{AtStart, OF_START};
+use crate::at_ends::{AtStart, OF_END, OF_START};
 use crate::element::{Element, StrainLaw, without_extension};
 use crate::elements::Elements;
 use crate::small::{re, times};
@@ -88,6 +88,7 @@ pub struct AveragedStrains {
     pub(crate) most: f64,  // largest μ
     slowness: Vec<f64>,    // elements  1/ω², s²
     tension: Vec<Bound>,   // elements; empty without tension mass
+    variables: usize,      // of bounds that follow
     pub(crate) reach: f64, // L, m
 }
 
@@ -221,7 +222,7 @@ impl AveragedStrains {
     pub fn new(elements: Elements) -> Self {
         let reach = elements.list().iter().map(|element| element.length).sum();
         let (slowness, tension) = (Vec::new(), Vec::new());
-        Self { elements, most: 0.0, slowness, tension, reach }
+        Self { elements, most: 0.0, slowness, tension, variables: 0, reach }
     }
 
     /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually
@@ -244,6 +245,7 @@ impl AveragedStrains {
     pub fn with_tension_mass(mut self, bounds: Vec<f64>) -> Self {
         assert_eq!(self.elements.list().len(), bounds.len(), "one bound for each element");
         self.tension = bounds.into_iter().map(Bound::Constant).collect();
+        self.variables = 0;
         self
     }
 
@@ -266,7 +268,7 @@ impl AveragedStrains {
         };
         let bounds: Vec<Bound> = self.elements.list().iter().enumerate().map(bound).collect();
         if bounds.iter().any(|bound| *bound != Bound::Constant(0.0)) {
-            self.tension = bounds;
+            (self.tension, self.variables) = (bounds, variables);
         }
         self
     }
@@ -304,6 +306,12 @@ impl AveragedStrains {
                 Some(self.own(internal).get(variable).copied().unwrap_or_default())
             }
         }
+    }
+
+    /// All elements, where any keeps what it is at the ends of a step.
+    fn elements_that_keep(&self) -> usize {
+        let all = self.elements.list();
+        if all.iter().any(Element::keeps_ends) { all.len() } else { 0 }
     }
 
     /// The elements in a step `h`, with all internal variables.
@@ -379,7 +387,7 @@ impl DiscretePotential for AveragedStrains {
     fn add_d1(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for own in self.scaled(s.h, &s.internal) {
             let (element, start) = (own.element, own.start(s));
-            let end = element.strain(&element.coordinates(&s.q1));
+            let end = element.end_strain(s, own.index);
             let n = own.resultants([start.strain(), end], 1.0);
             start.scatter(&(scale * element.length * n), out); // [6.12]
         }
@@ -387,7 +395,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_d2(&self, s: &Interval, scale: f64, out: &mut [f64]) {
         for own in self.scaled(s.h, &s.internal) {
-            let (element, end) = (own.element, own.element.within(&s.q1));
+            let (element, end) = (own.element, own.element.at_end(s, own.index));
             let start = element.start_strain(s, own.index);
             let n = own.resultants([start, end.strain()], -1.0);
             end.scatter(&(scale * element.length * n), out); // [6.12]
@@ -396,7 +404,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_d2_d1(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
         for own in self.scaled(s.h, &s.internal) {
-            let (start, end) = (own.start(s), own.element.within(&s.q1));
+            let (start, end) = (own.start(s), own.element.at_end(s, own.index));
             let weight = scale * own.element.length;
             let mut c = own.sum((0.25 + own.mu) * scale * own.element.length, weight);
             if own.element.carries_tension_only() {
@@ -431,10 +439,7 @@ impl DiscretePotential for AveragedStrains {
 
     /// Of each element whose bound follows, and how often any of them was raised.
     fn internal_variables(&self) -> usize {
-        match self.tension.iter().filter(|own| matches!(own, Bound::Follows(_))).count() {
-            0 => 0,
-            bounds => OF_BOUND * bounds + 1,
-        }
+        self.variables + usize::from(self.variables > 0)
     }
 
     fn begin(&self, q: &[f64], out: &mut [f64]) {
@@ -481,15 +486,23 @@ impl DiscretePotential for AveragedStrains {
 
     /// Of each element, where any has helicoidal strains.
     fn derived_values(&self) -> usize {
-        match self.elements.list().iter().any(Element::keeps_start) {
-            true => OF_START * self.elements.list().len(),
-            false => 0,
-        }
+        OF_START * self.elements_that_keep()
     }
 
     fn derive(&self, q: &[f64], out: &mut [f64]) {
         for (element, own) in self.elements.list().iter().zip(out.chunks_exact_mut(OF_START)) {
             element.keep_start(q, own);
+        }
+    }
+
+    /// Of each element, where any has helicoidal strains.
+    fn end_values(&self) -> usize {
+        OF_END * self.elements_that_keep()
+    }
+
+    fn derive_end(&self, q: &[f64], out: &mut [f64]) {
+        for (element, own) in self.elements.list().iter().zip(out.chunks_exact_mut(OF_END)) {
+            element.keep_end(q, own);
         }
     }
 

@@ -239,7 +239,7 @@ impl Changed {
             None => strain::force(&x, length, n),
             Some(law) => {
                 let at = law.at(&helicoidal::forms(&x, length), &self.reference);
-                helicoidal::force(&x, length, &at.pull_back(n).transpose())
+                helicoidal::force(&x.data.0[0], length, &at.pull_back(n).transpose())
             }
         };
         force.map(|own| own.eps)

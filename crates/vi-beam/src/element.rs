@@ -265,7 +265,7 @@ impl Element {
             StrainLaw::Helicoidal(law) => {
                 let [from, to] = self.ends(s).map(|x| helicoidal::forms(&x, self.length));
                 let c = law.discrete_slopes([&from, &to], &self.reference).tr_mul(n);
-                helicoidal::force(&middle, self.length, &c.transpose())
+                helicoidal::force(&middle.data.0[0], self.length, &c.transpose())
             }
         }
     }

@@ -47,7 +47,7 @@ pub(crate) use helix::{join, split};
 use crate::small::product;
 use crate::strain::Strain;
 use corrected::Corrected;
-use helix::{Helix, gap, helix};
+use helix::Helix;
 use law::Correction;
 use nalgebra::{Matrix3, SVector, Vector3, Vector6};
 use rope::Arc;
@@ -57,20 +57,14 @@ impl<T: Number> Helicoidal<T> {
     /// `(G, K)`: the strains of order 2 before those of the stress-free placement are taken off.
     #[must_use]
     pub fn helix(&self, y: &Forms<T>) -> Strain<T> {
-        let (k, one) = (gap(y[6]), T::of(1.0));
-        helix(y, [one + y[6] * k, T::of(0.25) * k / (one - y[6])], self.length)
+        Helix::at(y, self.length).xi
     }
 
     /// The same without derivatives.
     #[must_use]
     #[inline]
     pub fn strain(&self, y: &Forms<T>, reference: &Vector6<T>) -> Vector6<T> {
-        let xi = self.helix(y);
-        let mut z = xi - reference;
-        if self.rope {
-            z[2] += Arc::of(&xi).excess(&xi);
-        }
-        self.order.as_ref().map_or(z, |own| Corrected::at(self, own, &xi, &z).eta)
+        self.at(y, reference).strain
     }
 
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
@@ -80,14 +74,23 @@ impl<T: Number> Helicoidal<T> {
     pub fn at<'a>(&'a self, y: &Forms<T>, reference: &Vector6<T>) -> AtForms<'a, T> {
         let helix = Helix::at(y, self.length);
         let xi = helix.xi;
-        let mut z = xi - reference;
+        let mut strain = xi - reference;
         let arc = self.rope.then(|| Arc::of(&xi));
         if let Some(arc) = &arc {
-            z[2] += arc.excess(&xi);
+            strain[2] += arc.excess(&xi);
         }
-        let corrected = self.order.as_ref().map(|own| (own, Corrected::at(self, own, &xi, &z)));
-        AtForms { law: self, helix, z, arc, corrected }
+        let mut corrected = None;
+        if let Some(own) = &self.order {
+            let (parts, eta) = Corrected::at(self, own, &xi, &strain);
+            (corrected, strain) = (Some((own, parts)), eta);
+        }
+        AtForms { law: self, helix, strain, arc, corrected }
     }
+}
+
+fn halves(strain: &Strain) -> [[f64; 3]; 2] {
+    let (first, last) = split(strain);
+    [first.into(), last.into()]
 }
 
 impl Helicoidal {
@@ -106,7 +109,7 @@ impl Helicoidal {
 pub struct AtForms<'a, T: Number = f64> {
     law: &'a Helicoidal<T>,
     helix: Helix<T>,
-    z: Vector6<T>,
+    strain: Vector6<T>, // η
     arc: Option<Arc<T>>,
     corrected: Option<(&'a Correction<T>, Corrected<T>)>,
 }
@@ -115,7 +118,7 @@ impl<T: Number> AtForms<'_, T> {
     /// `η`.
     #[must_use]
     pub fn strain(&self) -> Vector6<T> {
-        self.corrected.as_ref().map_or(self.z, |(_, corrected)| corrected.eta)
+        self.strain
     }
 
     /// `Σ n_i ∂η_i/∂(G, K)`.
@@ -147,7 +150,47 @@ impl<T: Number> AtForms<'_, T> {
     }
 }
 
+/// The strains at some forms in numbers, with all that their derivatives need: three by three, with
+/// zeros for what there is not.
+pub(crate) type KeptForms = [[f64; 3]; 11];
+
+/// `η` of these.
+#[inline]
+pub(crate) fn kept_strain(kept: &KeptForms) -> Strain {
+    join(&kept[6].into(), &kept[7].into())
+}
+
+impl Helicoidal {
+    /// The strains at some forms from what [`AtForms::keep`] gave.
+    #[inline]
+    pub(crate) fn kept(&self, kept: &KeptForms) -> AtForms<'_> {
+        let [g, a, [s, k, f], [b, rho, _], G, K, _, _, m, w, [gamma_1, gamma_2, _]] = *kept;
+        let xi = join(&G.into(), &K.into());
+        let helix = Helix { g: g.into(), a: a.into(), s, k, f, b, xi };
+        let gamma = [gamma_1, gamma_2].into();
+        let parts = Corrected { K: K.into(), G_3: G[2], m: m.into(), w: w.into(), gamma, rho };
+        let corrected = self.order.as_ref().map(|own| (own, parts));
+        let arc = self.rope.then(|| Arc::of(&xi));
+        AtForms { law: self, helix, strain: kept_strain(kept), arc, corrected }
+    }
+}
+
 impl AtForms<'_> {
+    /// These as numbers.
+    #[inline]
+    pub(crate) fn keep(&self) -> KeptForms {
+        let Helix { g, a, s, k, f, b, xi } = self.helix;
+        let ([G, K], [shear, bending]) = (halves(&xi), halves(&self.strain));
+        let none = [0.0; 3];
+        let (rho, [m, w, gamma]) = match self.corrected {
+            None => (0.0, [none; 3]),
+            Some((_, Corrected { m, w, gamma, rho, .. })) => {
+                (rho, [m.into(), w.into(), [gamma[0], gamma[1], 0.0]])
+            }
+        };
+        [g.into(), a.into(), [s, k, f], [b, rho, 0.0], G, K, shear, bending, m, w, gamma]
+    }
+
     /// `∂η/∂y`.
     #[must_use]
     pub fn slopes(&self) -> Slopes {
@@ -156,7 +199,7 @@ impl AtForms<'_> {
             out.set_row(2, &arc.slope.tr_mul(&out.fixed_rows::<3>(0)));
         }
         match &self.corrected {
-            Some((own, corrected)) => product(&corrected.slopes(own, self.law).of_eta.data.0, &out),
+            Some((own, corrected)) => product(&corrected.slopes(own, self.law).1.data.0, &out),
             None => out,
         }
     }

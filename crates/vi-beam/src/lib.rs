@@ -37,7 +37,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp))] // tests compare exactly representable numbers
 
 pub mod at_coordinates;
-mod at_start;
+mod at_ends;
 pub mod averaged;
 pub mod curved;
 pub mod damping;

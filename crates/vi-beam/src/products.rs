@@ -12,7 +12,7 @@ pub(crate) fn by_forms(
     A: &SMatrix<f64, FORMS, FORMS>,
     c: &Forms,
 ) -> SMatrix<f64, SIZE, SIZE> {
-    let left = helicoidal::force(x, length, &A.transpose());
+    let left = helicoidal::force(&x.data.0[0], length, &A.transpose());
     let mut K = left * helicoidal::gradients(y, length).transpose();
     add_scalars(&helicoidal::weighted_matrix(c, length), &mut K);
     K

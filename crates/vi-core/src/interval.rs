@@ -54,7 +54,9 @@ pub struct Interval {
     /// zero.
     pub internal: Vec<f64>,
     #[serde(skip)]
-    derived: Derived,
+    derived: Derived, // from q_n
+    #[serde(skip)]
+    derived_end: Derived, // from q_{n+1}
     pub(crate) compensation: Vec<f64>, // n  rounding error of q0
     t_rounding: f64,                   // s  rounding error of t + h
 }
@@ -91,12 +93,24 @@ pub struct StepChange {
     pub middle: f64,
 }
 
-/// What a potential has derived from `q_n` alone. It follows from the other data: copies are
-/// without it, and it makes no difference between intervals.
+/// What a potential has derived from one end of the step alone. It follows from the other data:
+/// copies are without it, and it makes no difference between intervals.
 #[derive(Debug, Default)]
 struct Derived {
     values: Vec<f64>,
-    is_current: bool, // of this q_n
+    is_current: bool, // of this configuration
+}
+
+impl Derived {
+    fn take(&mut self, q: &[f64], count: usize, derive: impl FnOnce(&[f64], &mut [f64])) {
+        self.values.resize(count, 0.0);
+        derive(q, &mut self.values);
+        self.is_current = true;
+    }
+
+    fn current(&self) -> &[f64] {
+        if self.is_current { &self.values } else { &[] }
+    }
 }
 
 impl Clone for Derived {
@@ -144,6 +158,7 @@ impl Interval {
             angles: Vec::new(),
             internal: Vec::new(),
             derived: Derived::default(),
+            derived_end: Derived::default(),
             compensation: zero(),
             t_rounding: 0.0,
         }
@@ -173,7 +188,7 @@ impl Interval {
         self.v_mid.fill(0.0);
         self.angles.clear();
         self.internal.clear();
-        self.derived.is_current = false;
+        self.forget_derived();
         self.compensation.fill(0.0);
     }
 
@@ -185,7 +200,7 @@ impl Interval {
         self.compensation.copy_from_slice(rounding);
         self.angles.clear();
         self.internal.clear();
-        self.derived.is_current = false;
+        self.forget_derived();
     }
 
     /// Opens the interval of length `h` that starts where another one does.
@@ -197,21 +212,37 @@ impl Interval {
 
     /// Derives so many values from `q_n` alone, which last until the interval is opened again.
     pub fn derive(&mut self, count: usize, derive: impl FnOnce(&[f64], &mut [f64])) {
-        self.derived.values.resize(count, 0.0);
-        derive(&self.q0, &mut self.derived.values);
-        self.derived.is_current = true;
+        self.derived.take(&self.q0, count, derive);
+    }
+
+    /// Derives so many values from `q_{n+1}` alone, which last until the end is written again.
+    pub fn derive_end(&mut self, count: usize, derive: impl FnOnce(&[f64], &mut [f64])) {
+        self.derived_end.take(&self.q1, count, derive);
     }
 
     /// What a potential has derived from `q_n` alone
     /// ([`crate::potential::DiscretePotential::derive`]); empty where nothing was.
     #[must_use]
     pub fn derived(&self) -> &[f64] {
-        if self.derived.is_current { &self.derived.values } else { &[] }
+        self.derived.current()
+    }
+
+    /// What a potential has derived from `q_{n+1}` alone
+    /// ([`crate::potential::DiscretePotential::derive_end`]); empty where nothing was.
+    #[must_use]
+    pub fn derived_end(&self) -> &[f64] {
+        self.derived_end.current()
+    }
+
+    /// Both ends are others.
+    fn forget_derived(&mut self) {
+        (self.derived.is_current, self.derived_end.is_current) = (false, false);
     }
 
     /// `q_n` and its compensation, to be read; `q_{n+1}`, `Δq`, `q_{n+1/2}` and `Δq/h`, to be
     /// written.
     pub fn parts_mut(&mut self) -> IntervalParts<'_> {
+        self.derived_end.is_current = false;
         let Self { q0, compensation, q1, dq, q_mid, v_mid, .. } = self;
         IntervalParts { q0, compensation, q1, dq, q_mid, v_mid }
     }
@@ -237,7 +268,7 @@ impl Interval {
         self.v_mid.copy_from_slice(&other.v_mid);
         self.angles.clone_from(&other.angles);
         self.internal.clone_from(&other.internal);
-        self.derived.is_current = false;
+        self.forget_derived();
         self.compensation.copy_from_slice(&other.compensation);
     }
 
@@ -255,7 +286,7 @@ impl Interval {
         self.angles.extend_from_slice(angles);
         self.internal.clear();
         self.internal.extend_from_slice(internal);
-        self.derived.is_current = false;
+        self.forget_derived();
         self.compensation.fill(0.0);
     }
 
@@ -272,7 +303,7 @@ impl Interval {
         self.compensation.copy_from_slice(&whole.compensation[own]);
         self.angles.clone_from(&whole.angles);
         self.internal.clone_from(&whole.internal);
-        self.derived.is_current = false;
+        self.forget_derived();
     }
 
     /// Writes its end into a step of more coordinates, from `first` on.
@@ -282,6 +313,7 @@ impl Interval {
         whole.dq[own.clone()].copy_from_slice(&self.dq);
         whole.q_mid[own.clone()].copy_from_slice(&self.q_mid);
         whole.v_mid[own].copy_from_slice(&self.v_mid);
+        whole.derived_end.is_current = false;
     }
 
     /// The step ends at `t_end` (s), which is `t + h` up to rounding: over many steps `t_0 + n h`,
@@ -292,6 +324,7 @@ impl Interval {
 
     /// Completes the interval after `q1` and `dq` have been written.
     pub fn close(&mut self) {
+        self.derived_end.is_current = false;
         let h = self.h;
         for ((mid, q0), dq) in self.q_mid.iter_mut().zip(&self.q0).zip(&self.dq) {
             *mid = q0 + 0.5 * dq;
@@ -333,7 +366,7 @@ impl Interval {
         self.v_mid.copy_from_slice(&other.v_mid);
         self.angles.clone_from(&other.angles);
         self.internal.clone_from(&other.internal);
-        self.derived.is_current = false;
+        self.forget_derived();
         self.compensation.fill(0.0);
     }
 
@@ -457,6 +490,35 @@ mod tests {
         derive(&mut s);
         s.take_part(&Interval::new(2), 1);
         assert!(s.derived().is_empty());
+    }
+
+    #[test]
+    fn what_was_derived_from_an_end_lasts_until_it_is_written_again() {
+        let mut s = Interval::new(1);
+        let derive = |s: &mut Interval| {
+            s.derive_end(2, |q, out| out.fill(q[0] + 1.0));
+            assert_eq!(s.derived_end(), [s.q1[0] + 1.0; 2]);
+        };
+        let writes: [fn(&mut Interval); 6] = [
+            |s| s.open(0.0, 0.1, &[1.0]),
+            |s| {
+                s.q1[0] = 2.0;
+                s.close_from_end();
+            },
+            |s| {
+                s.dq[0] = 3.0;
+                s.close_from_increment();
+            },
+            |s| s.parts_mut().q1[0] = 4.0,
+            |s| Interval::between(0.0, 0.1, &[1.0], &[5.0]).write_part(0, s),
+            |s| s.copy_from(&Interval::between(0.0, 0.1, &[1.0], &[6.0])),
+        ];
+        for write in writes {
+            derive(&mut s);
+            assert!(s.exchanged().derived_end().is_empty() && s.clone() == s);
+            write(&mut s);
+            assert!(s.derived_end().is_empty());
+        }
     }
 
     #[test]

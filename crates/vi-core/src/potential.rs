@@ -111,6 +111,14 @@ pub trait DiscretePotential: Send + Sync {
     /// `out ←` these values, which [`Interval::derived`] has in the steps of all schemes of the
     /// discrete Lagrangian. Without them the results are the same but for rounding.
     fn derive(&self, _q: &[f64], _out: &mut [f64]) {}
+    /// Number of values that the derivatives at one end of a step have in common and that follow
+    /// from `q_{n+1}` alone; zero for most.
+    fn end_values(&self) -> usize {
+        0
+    }
+    /// `out ←` these values, which [`Interval::derived_end`] may have. Without them the results are
+    /// the same but for rounding.
+    fn derive_end(&self, _q: &[f64], _out: &mut [f64]) {}
     /// The continuous `V(q)` that `U_d` approximates, J.
     fn potential(&self, at: Configuration<'_>) -> f64;
     /// `out ← out + scale ∇V(q)`.

@@ -8,26 +8,15 @@ use crate::strain::Strain;
 use nalgebra::{Matrix6, SMatrix, Vector2, Vector3, Vector6};
 use vi_core::Number;
 
-/// The strains of order 4 with what they are made of.
+/// What the strains of order 4 are made of.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corrected<T: Number> {
-    K: Vector3<T>,
-    G_3: T,
-    m: Vector3<T>,
-    w: Vector3<T>,
-    gamma: Vector2<T>, // γ_b
-    rho: T,
-    q: T,
-    pub(super) eta: Vector6<T>,
-}
-
-/// Derivatives by `ξ` of `m`, `w`, `γ_b`, `q` and `η`.
-pub(super) struct CorrectedSlopes {
-    of_m: SMatrix<f64, 3, 6>,
-    of_w: SMatrix<f64, 3, 6>,
-    of_gamma: SMatrix<f64, 2, 6>,
-    of_q: SMatrix<f64, 1, 6>,
-    pub(super) of_eta: Matrix6<f64>,
+pub(super) struct Corrected<T: Number = f64> {
+    pub(super) K: Vector3<T>,
+    pub(super) G_3: T,
+    pub(super) m: Vector3<T>,
+    pub(super) w: Vector3<T>,
+    pub(super) gamma: Vector2<T>, // γ_b
+    pub(super) rho: T,
 }
 
 /// What acts on `η_1, η_2, η_3`, with what acts on them by `q`; on `η_K`; on `K×m`.
@@ -38,13 +27,14 @@ struct OnParts<T> {
 }
 
 impl<T: Number> Corrected<T> {
+    /// These, and `η`.
     #[inline]
     pub(super) fn at(
         law: &Helicoidal<T>,
         Correction { S, R, .. }: &Correction<T>,
         xi: &Vector6<T>,
         z: &Vector6<T>,
-    ) -> Self {
+    ) -> (Self, Vector6<T>) {
         let square = law.length * law.length;
         let (_, K) = split(xi);
         let m: Vector3<T> = law.stiffness.fixed_rows::<3>(3) * z;
@@ -62,7 +52,7 @@ impl<T: Number> Corrected<T> {
         // ρ − G_3 without its cancellation
         let excess = if re(G_3) > 0.0 { q / (rho + G_3) } else { rho - G_3 };
         eta[2] += T::of(0.1) * q + excess;
-        Self { K, G_3, m, w, gamma, rho, q, eta }
+        (Self { K, G_3, m, w, gamma, rho }, eta)
     }
 
     /// `½/ρ + 1/10`, the slope of `ρ − G_3 + q/10` in `q`.
@@ -105,16 +95,19 @@ impl<T: Number> Corrected<T> {
 }
 
 impl Corrected<f64> {
-    /// `∂η/∂ξ` and what it is made of.
-    #[inline]
-    pub(super) fn slopes(&self, own: &Correction<f64>, law: &Helicoidal) -> CorrectedSlopes {
-        let Self { K, G_3, m, w, gamma, rho, .. } = self;
+    /// `∂w/∂ξ` and `∂η/∂ξ`.
+    #[inline(always)]
+    pub(super) fn slopes(
+        &self,
+        own: &Correction<f64>,
+        law: &Helicoidal,
+    ) -> (SMatrix<f64, 3, 6>, Matrix6<f64>) {
+        let Self { K, G_3, m, w, rho, .. } = self;
         let square = law.length * law.length;
-        let of_m: SMatrix<f64, 3, 6> = law.stiffness.fixed_rows::<3>(3).into();
         let (m_hat, w_hat) = (m.cross_matrix(), w.cross_matrix());
         let (mut of_w, mut of_eta) = (SMatrix::<f64, 3, 6>::zeros(), Matrix6::identity());
         for j in 0..6 {
-            let m_j: Vector3<f64> = of_m.column(j).into();
+            let m_j: Vector3<f64> = law.stiffness.fixed_view::<3, 1>(3, j).into();
             let mut k_j = K.cross(&m_j); // of K×m
             if j >= 3 {
                 k_j -= m_hat.column(j - 3);
@@ -129,13 +122,23 @@ impl Corrected<f64> {
             of_eta[(1, j)] += square / 12.0 * w_j[0];
             (0..3).for_each(|i| of_eta[(3 + i, j)] += square / 24.0 * bent[i]);
         }
-        let of_gamma = own.R * of_eta.fixed_rows::<2>(0);
-        let of_q = 2.0 * gamma.transpose() * of_gamma;
+        let (_, of_q) = self.slopes_of_bending(own, &of_eta);
         for j in 0..6 {
             of_eta[(2, j)] += self.slope_of_q() * of_q[j];
         }
         of_eta[(2, 2)] += G_3 / rho - 1.0;
-        CorrectedSlopes { of_m, of_w, of_gamma, of_q, of_eta }
+        (of_w, of_eta)
+    }
+
+    /// `∂γ_b/∂ξ` and `∂q/∂ξ`, from `∂η/∂ξ`.
+    #[inline]
+    fn slopes_of_bending(
+        &self,
+        own: &Correction<f64>,
+        of_eta: &Matrix6<f64>,
+    ) -> (SMatrix<f64, 2, 6>, SMatrix<f64, 1, 6>) {
+        let of_gamma = own.R * of_eta.fixed_rows::<2>(0);
+        (of_gamma, 2.0 * self.gamma.transpose() * of_gamma)
     }
 
     /// `Σ n_i ∂²η_i/∂ξ∂ξ`.
@@ -145,9 +148,11 @@ impl Corrected<f64> {
         law: &Helicoidal,
         n: &Strain,
     ) -> Matrix6<f64> {
-        let Self { G_3, rho, q, .. } = self;
+        let Self { G_3, gamma, rho, .. } = self;
         let (square, extension) = (law.length * law.length, n[2]);
-        let CorrectedSlopes { of_m, of_w, of_gamma, of_q, .. } = self.slopes(own, law);
+        let of_m = law.stiffness.fixed_rows::<3>(3);
+        let (of_w, of_eta) = self.slopes(own, law);
+        let (of_gamma, of_q) = self.slopes_of_bending(own, &of_eta);
         // d²(K×m) = 2 dK×dm,  d²(K×w) = 2 dK×dw + K×S d²(K×m)
         let OnParts { M, of_k, .. } = self.parts(own, law, n);
         let by_K = of_k.cross_matrix() * of_m + M.cross_matrix() * of_w * (square / 24.0);
@@ -163,7 +168,7 @@ impl Corrected<f64> {
             out[(2, j)] -= across[j];
             out[(j, 2)] -= across[j];
         }
-        out[(2, 2)] += cube * q;
+        out[(2, 2)] += cube * gamma.norm_squared();
         out
     }
 }

@@ -33,14 +33,14 @@ pub fn forms<T: Number>(x: &ElementCoordinates<T>, length: T) -> Forms<T> {
 /// Columns `𝔹_k x`, the gradients of the forms.
 #[must_use]
 pub fn gradients<T: Number>(x: &ElementCoordinates<T>, length: T) -> SMatrix<T, SIZE, FORMS> {
-    force(x, length, &Bends::identity())
+    force(&x.data.0[0], length, &Bends::identity())
 }
 
 /// Columns `Σ_k c_ik 𝔹_k x`, one for each row of `c`: of `∂η/∂y` they are the columns `∇η_i`.
 #[must_use]
 #[inline]
 pub fn force<T: Number, const N: usize>(
-    x: &ElementCoordinates<T>,
+    x: &[T; SIZE],
     length: T,
     c: &SMatrix<T, N, FORMS>,
 ) -> SMatrix<T, SIZE, N> {

@@ -53,7 +53,8 @@ fn series<T: Number>(c: &[f64], s: T) -> T {
 }
 
 /// `k = (f − 1)/s`; `f = 1 + s k`.
-pub(super) fn gap<T: Number>(s: T) -> T {
+#[inline]
+fn gap<T: Number>(s: T) -> T {
     let one = T::of(1.0);
     match terms(re(s)) {
         Some(terms) => series(&GAP[0][..terms], s),
@@ -61,58 +62,69 @@ pub(super) fn gap<T: Number>(s: T) -> T {
     }
 }
 
-/// `k` and two derivatives.
-fn gap_with_slopes<T: Number>(s: T) -> [T; 3] {
+/// `k'`, from `k`.
+#[inline]
+fn slope_of_gap<T: Number>(s: T, k: T) -> T {
     if let Some(terms) = terms(re(s)) {
-        return std::array::from_fn(|k| series(&GAP[k][..terms], s));
+        return series(&GAP[1][..terms], s);
     }
-    let [one, two, three] = [1.0, 2.0, 3.0].map(T::of);
-    let (k, less, twice) = (gap(s), one - two * s, two * s * (one - s));
-    let f = one + s * k;
-    let first = (one - less * f) / twice;
-    let second = (two * f - three * less * first) / twice;
-    let slope = (first - k) / s;
-    [k, slope, (second - two * slope) / s]
+    let [one, two] = [1.0, 2.0].map(T::of);
+    let first = (one - (one - two * s) * (one + s * k)) / (two * s * (one - s)); // f'
+    (first - k) / s
 }
 
-/// `(G, K)` of `y` with `f` and `b`.
-#[inline]
-pub(super) fn helix<T: Number>(y: &Forms<T>, [f, b]: [T; 2], length: T) -> Strain<T> {
-    let (g, a) = (y.fixed_rows::<3>(0), y.fixed_rows::<3>(3));
-    join(&(g * f - a * (b * a.dot(&g))), &(a * (f / length)))
+/// `k''`, from `k` and `k'`.
+fn bend_of_gap<T: Number>(s: T, k: T, slope: T) -> T {
+    if let Some(terms) = terms(re(s)) {
+        return series(&GAP[2][..terms], s);
+    }
+    let [one, two, three] = [1.0, 2.0, 3.0].map(T::of);
+    let (f, first) = (one + s * k, k + s * slope);
+    let second = (two * f - three * (one - two * s) * first) / (two * s * (one - s)); // f''
+    (second - two * slope) / s
 }
 
 /// `(G, K)` with what their derivatives need.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Helix<T: Number = f64> {
-    g: Vector3<T>,
-    a: Vector3<T>,
-    f: [T; 3], // and two derivatives
-    b: [T; 3],
+    pub(super) g: Vector3<T>,
+    pub(super) a: Vector3<T>,
+    pub(super) s: T,
+    pub(super) k: T,
+    pub(super) f: T,
+    pub(super) b: T,
     pub(super) xi: Strain<T>, // (G, K)
 }
 
 impl<T: Number> Helix<T> {
     #[inline]
     pub(super) fn at(y: &Forms<T>, length: T) -> Self {
-        let [k, k1, k2] = gap_with_slopes(y[6]);
-        let [one, two, quarter] = [1.0, 2.0, 0.25].map(T::of);
-        let (s, less) = (y[6], one - y[6]);
-        let w = quarter / less;
-        let f = [one + s * k, k + s * k1, two * k1 + s * k2];
-        let b = [
-            quarter * k / less,
-            k1 * w + T::of(4.0) * k * w * w,
-            k2 * w + T::of(8.0) * k1 * w * w + T::of(32.0) * k * w * w * w,
-        ];
+        let (s, k) = (y[6], gap(y[6]));
+        let (f, b) = (T::of(1.0) + s * k, k * (T::of(0.25) / (T::of(1.0) - s)));
         let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
-        Self { g, a, f, b, xi: helix(y, [f[0], b[0]], length) }
+        let xi = join(&(g * f - a * (b * a.dot(&g))), &(a * (f / length)));
+        Self { g, a, s, k, f, b, xi }
     }
 
-    /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` of a derivative by `s`.
+    /// `f'` and `b'`.
     #[inline]
-    fn product(&self, n: &Strain<T>, order: usize, length: T) -> (T, Vector3<T>, Vector3<T>) {
-        let (Self { g, a, .. }, f, b) = (self, self.f[order], self.b[order]);
+    fn slopes_of_functions(&self) -> [T; 2] {
+        let (w, slope) = (T::of(0.25) / (T::of(1.0) - self.s), slope_of_gap(self.s, self.k));
+        [self.k + self.s * slope, slope * w + T::of(4.0) * self.k * w * w]
+    }
+
+    /// `f''` and `b''`.
+    fn bends_of_functions(&self) -> [T; 2] {
+        let (w, slope) = (T::of(0.25) / (T::of(1.0) - self.s), slope_of_gap(self.s, self.k));
+        let bend = bend_of_gap(self.s, self.k, slope);
+        let of_b = T::of(8.0) * slope * w * w + T::of(32.0) * self.k * w * w * w;
+        [T::of(2.0) * slope + self.s * bend, bend * w + of_b]
+    }
+
+    /// `N·G + M·K`, and its slopes in `g` and `a`, with `f` and `b` or derivatives of both by `s`.
+    #[inline]
+    fn product(&self, n: &Strain<T>, [f, b]: [T; 2], length: T) -> (T, Vector3<T>, Vector3<T>) {
+        let Self { g, a, .. } = self;
         let (N, M) = split(n);
         let (along, of_a) = (a.dot(g), N.dot(a));
         let by_g = N * f - a * (b * of_a);
@@ -124,18 +136,18 @@ impl<T: Number> Helix<T> {
     #[inline]
     pub(super) fn slopes(&self, length: T) -> Slopes<T> {
         let Self { g, a, f, b, .. } = self;
-        let along = a.dot(g);
+        let (along, [df, db]) = (a.dot(g), self.slopes_of_functions());
         let mut out = Slopes::zeros();
         for j in 0..3 {
             for i in 0..3 {
-                out[(i, j)] = -b[0] * a[i] * a[j];
-                out[(i, 3 + j)] = -b[0] * a[i] * g[j];
+                out[(i, j)] = -*b * a[i] * a[j];
+                out[(i, 3 + j)] = -*b * a[i] * g[j];
             }
-            out[(j, j)] += f[0];
-            out[(j, 3 + j)] -= b[0] * along;
-            out[(3 + j, 3 + j)] = f[0] / length;
-            out[(j, 6)] = f[1] * g[j] - b[1] * along * a[j];
-            out[(3 + j, 6)] = f[1] / length * a[j];
+            out[(j, j)] += *f;
+            out[(j, 3 + j)] -= *b * along;
+            out[(3 + j, 3 + j)] = *f / length;
+            out[(j, 6)] = df * g[j] - db * along * a[j];
+            out[(3 + j, 6)] = df / length * a[j];
         }
         out
     }
@@ -143,8 +155,8 @@ impl<T: Number> Helix<T> {
     /// `Σ n_i ∂(G, K)_i/∂y`.
     #[inline]
     pub(super) fn pull_back(&self, n: &Strain<T>, length: T) -> Forms<T> {
-        let (_, by_g, by_a) = self.product(n, 0, length);
-        let (by_s, ..) = self.product(n, 1, length);
+        let (_, by_g, by_a) = self.product(n, [self.f, self.b], length);
+        let (by_s, ..) = self.product(n, self.slopes_of_functions(), length);
         Forms::from([by_g[0], by_g[1], by_g[2], by_a[0], by_a[1], by_a[2], by_s])
     }
 }
@@ -159,14 +171,14 @@ impl Helix {
             out.fixed_view_mut::<3, 3>(i, j).copy_from(&block);
             out.fixed_view_mut::<3, 3>(j, i).copy_from(&block.transpose());
         };
-        set(0, 3, -b[0] * (a * N.transpose() + N.dot(a) * Matrix3::identity()));
-        set(3, 3, -b[0] * (N * g.transpose() + g * N.transpose()));
-        let (_, by_g, by_a) = self.product(n, 1, length);
+        set(0, 3, -*b * (a * N.transpose() + N.dot(a) * Matrix3::identity()));
+        set(3, 3, -*b * (N * g.transpose() + g * N.transpose()));
+        let (_, by_g, by_a) = self.product(n, self.slopes_of_functions(), length);
         for i in 0..3 {
             (out[(i, 6)], out[(6, i)]) = (by_g[i], by_g[i]);
             (out[(3 + i, 6)], out[(6, 3 + i)]) = (by_a[i], by_a[i]);
         }
-        (out[(6, 6)], ..) = self.product(n, 2, length);
+        (out[(6, 6)], ..) = self.product(n, self.bends_of_functions(), length);
         out
     }
 }

@@ -74,7 +74,7 @@ fn the_gradients_of_the_forms_are_those_of_quadratic_forms() {
         }
         let error = (product - gradients(&x, 0.4) * c).amax();
         assert!(error < 1e-13, "Σ c 𝔹 x off by {error:e}");
-        let error = (product - force(&x, 0.4, &c.transpose())).amax();
+        let error = (product - force(&x.data.0[0], 0.4, &c.transpose())).amax();
         assert!(error < 1e-13, "force off by {error:e}");
         let wrench = wrenches(&x, 0.4, &c.transpose());
         for node in [0, 1] {

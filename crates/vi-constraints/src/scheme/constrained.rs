@@ -79,6 +79,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
         let (momentum, closure) = r.split_at_mut(n);
         self.s.dq.copy_from_slice(dq);
         self.s.close_from_increment();
+        system.reach(&mut self.s);
         system.forced_d1(&self.s, momentum);
         let rows = self.saddle.rows();
         rows.scatter(mu, &mut self.lambda);

@@ -141,6 +141,7 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
     ) -> Result<(), Fault> {
         self.s.dq.copy_from_slice(x);
         self.s.close_from_increment();
+        system.reach(&mut self.s);
         system.forced_d1(&self.s, &mut self.bracket);
         self.bracket.iter_mut().zip(&self.p).for_each(|(b, p)| *b += p);
         let (balance, closure) = r.split_at_mut(self.null_space.ncols());

@@ -110,6 +110,7 @@ impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators, B: Basis> NodalEq
 
     fn balance(&mut self, system: &S, _u: &[f64], r: &mut [f64]) {
         let Self { operators, s, p, residual, .. } = self;
+        system.reach(s);
         system.forced_d1(s, residual);
         residual.iter_mut().zip(p).for_each(|(r, p)| *r += *p); // p̄_n + D_1 L_d + f_d^-
         operators.pull_back(residual, r);

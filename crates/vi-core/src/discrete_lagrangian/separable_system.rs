@@ -102,8 +102,9 @@ impl SeparableSystem {
     pub fn discrete_potential(mut self, potential: Box<dyn DiscretePotential>) -> Self {
         let known = self.potential_with_memory().is_some();
         assert!(!known || potential.internal_variables() == 0, "one potential has memory");
-        let known = self.potentials().any(|own| own.derived_values() > 0);
-        assert!(!known || potential.derived_values() == 0, "one potential derives values");
+        let derives = |own: &dyn DiscretePotential| own.derived_values() + own.end_values() > 0;
+        let known = self.potentials().any(derives);
+        assert!(!known || !derives(&*potential), "one potential derives values");
         self.potentials.push(potential);
         self
     }

@@ -22,6 +22,9 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     /// Derives what a step needs again and again from its `q_n`, after it was opened: see
     /// [`crate::potential::DiscretePotential::derive`].
     fn prepare(&self, _s: &mut Interval) {}
+    /// Derives what the functions of a step have in common at its end, after `q_{n+1}` was written:
+    /// see [`crate::potential::DiscretePotential::derive_end`].
+    fn reach(&self, _s: &mut Interval) {}
     /// `L_d(q_n, q_{n+1})`, J·s.
     fn discrete_lagrangian(&self, s: &Interval) -> f64;
     /// `out ← D_1 L_d(q_n, q_{n+1})`, shape `n`, unit of momentum.

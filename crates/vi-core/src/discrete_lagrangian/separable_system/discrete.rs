@@ -17,6 +17,12 @@ impl DiscreteLagrangian for SeparableSystem {
         }
     }
 
+    fn reach(&self, s: &mut Interval) {
+        if let Some(own) = self.potentials().find(|own| own.end_values() > 0) {
+            s.derive_end(own.end_values(), |q, out| own.derive_end(q, out));
+        }
+    }
+
     fn discrete_lagrangian(&self, s: &Interval) -> f64 {
         let added = self.added_kinetic_energy(s);
         self.kinetic_energy(&s.dq) / s.h + s.h * (added - self.discrete_potential_energy(s)) // (18)

@@ -1,21 +1,27 @@
 //! A two-node element at the start of a step, where its strains and their gradients do not change
-//! while the step is solved.
+//! while the step is solved, and at the end of an iterate, where forces, the matrix and damping
+//! have its strains in common.
 //!
-//! Those of helicoidal strains are computed once for a step
-//! ([`vi_core::potential::DiscretePotential::derive`]); those of mean directors cost less than
-//! their memory.
+//! Those of helicoidal strains are computed once for a step, and once for an iterate
+//! ([`vi_core::potential::DiscretePotential::derive`] and `derive_end`), of all elements in turn:
+//! the long chains of operations of one overlap with those of the next. Forces of the elements
+//! read what their potential keeps: both have the same elements in the same order. Strains of mean
+//! directors cost less than their memory.
 
 use crate::at_coordinates::{AtCoordinates, WRENCHES, emit_product, emit_reduced};
 use crate::element::{Element, StrainLaw};
-use crate::helicoidal::{self, FORMS, Forms, Slopes};
+use crate::helicoidal::{self, FORMS, Forms, KeptForms, Slopes};
 use crate::small::product;
-use crate::strain::{ElementCoordinates, SIZE, STRAINS, Strain};
+use crate::strain::{SIZE, STRAINS, Strain};
 use nalgebra::Matrix6;
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
 
 /// What an element keeps of the start of a step: `ε`, `x`, the columns of `∂ε/∂y` and `P_inᵀ ∇ε_i`.
 pub(crate) const OF_START: usize = STRAINS + SIZE + STRAINS * FORMS + STRAINS * WRENCHES;
+
+/// What an element keeps of the end of an iterate.
+pub(crate) const OF_END: usize = size_of::<KeptForms>() / size_of::<f64>();
 
 /// An element at `q_n`.
 #[allow(clippy::large_enum_variant)] // for one evaluation, on the stack
@@ -25,7 +31,7 @@ pub(crate) enum AtStart<'a> {
     /// What was kept.
     Kept {
         element: &'a Element,
-        x: &'a [f64], // 24
+        x: &'a [f64; SIZE],
         strain: Strain,
         slopes: &'a [[f64; STRAINS]], // by forms
         wrenches: &'a [[f64; WRENCHES]],
@@ -35,22 +41,32 @@ pub(crate) enum AtStart<'a> {
 impl Element {
     /// `out ←` what it keeps of the start of a step; nothing of mean directors.
     pub(crate) fn keep_start(&self, q: &[f64], out: &mut [f64]) {
-        let at = self.keeps_start().then(|| self.within(q));
-        if let Some((at, forms)) = at.as_ref().and_then(|at| Some((at, at.forms.as_ref()?))) {
+        if let StrainLaw::Helicoidal(law) = &self.law {
+            let coordinates = self.coordinates(q);
+            let at = law.at(&helicoidal::forms(&coordinates, self.length), &self.reference);
+            let own = at.slopes();
             let (strain, rest) = out.split_at_mut(STRAINS);
             let (x, rest) = rest.split_at_mut(SIZE);
             let (slopes, wrenches) = rest.split_at_mut(STRAINS * FORMS);
-            let own = forms.slopes();
-            strain.copy_from_slice(forms.strain().as_slice());
-            x.copy_from_slice(at.x.as_slice());
+            strain.copy_from_slice(at.strain().as_slice());
+            x.copy_from_slice(coordinates.as_slice());
             slopes.copy_from_slice(own.as_slice());
-            let own = helicoidal::wrenches(&at.x, self.length, &own);
+            let own = helicoidal::wrenches(&coordinates, self.length, &own);
             wrenches.copy_from_slice(own.as_slice());
         }
     }
 
+    /// `out ←` what it keeps of the end of an iterate; nothing of mean directors.
+    pub(crate) fn keep_end(&self, q: &[f64], out: &mut [f64]) {
+        if let StrainLaw::Helicoidal(law) = &self.law {
+            let y = helicoidal::forms(&self.coordinates(q), self.length);
+            let kept = law.at(&y, &self.reference).keep();
+            out.copy_from_slice(kept.as_flattened());
+        }
+    }
+
     /// Whether it keeps anything.
-    pub(crate) fn keeps_start(&self) -> bool {
+    pub(crate) fn keeps_ends(&self) -> bool {
         self.law != StrainLaw::MeanDirectors
     }
 
@@ -61,7 +77,9 @@ impl Element {
             None => AtStart::Here(self.within(&s.q0)),
             Some(kept) => {
                 let (strain, rest) = kept.split_at(STRAINS);
-                let (x, rest) = rest.split_at(SIZE);
+                let Some((x, rest)) = rest.split_first_chunk() else {
+                    return AtStart::Here(self.within(&s.q0));
+                };
                 let (slopes, wrenches) = rest.split_at(STRAINS * FORMS);
                 AtStart::Kept {
                     element: self,
@@ -74,7 +92,19 @@ impl Element {
         }
     }
 
-    /// `ε` there.
+    /// It at the end of this step.
+    #[inline]
+    pub(crate) fn at_end<'a>(&'a self, s: &Interval, index: usize) -> AtCoordinates<'a> {
+        match (&self.law, self.kept_end(s, index)) {
+            (StrainLaw::Helicoidal(law), Some(kept)) => {
+                let x = self.coordinates(&s.q1);
+                AtCoordinates { element: self, x, forms: Some(law.kept(kept)) }
+            }
+            _ => self.within(&s.q1),
+        }
+    }
+
+    /// `ε` at the start.
     pub(crate) fn start_strain(&self, s: &Interval, index: usize) -> Strain {
         match self.kept(s, index) {
             None => self.strain(&self.coordinates(&s.q0)),
@@ -82,14 +112,27 @@ impl Element {
         }
     }
 
+    /// `ε` at the end.
+    #[inline]
+    pub(crate) fn end_strain(&self, s: &Interval, index: usize) -> Strain {
+        match self.kept_end(s, index) {
+            None => self.strain(&self.coordinates(&s.q1)),
+            Some(kept) => helicoidal::kept_strain(kept),
+        }
+    }
+
     /// `ε` at both ends of this step.
     pub(crate) fn strains_of(&self, s: &Interval, index: usize) -> [Strain; 2] {
-        [self.start_strain(s, index), self.strain(&self.coordinates(&s.q1))]
+        [self.start_strain(s, index), self.end_strain(s, index)]
+    }
+
+    fn kept_end<'a>(&self, s: &'a Interval, index: usize) -> Option<&'a KeptForms> {
+        s.derived_end().as_chunks().0.as_chunks().0.get(index).filter(|_| self.keeps_ends())
     }
 
     fn kept<'a>(&self, s: &'a Interval, index: usize) -> Option<&'a [f64]> {
         let kept = s.derived().get(OF_START * index..OF_START * (index + 1));
-        kept.filter(|_| self.keeps_start())
+        kept.filter(|_| self.keeps_ends())
     }
 }
 
@@ -111,8 +154,7 @@ impl AtStart<'_> {
                 for (own, slopes) in by_forms.iter_mut().zip(*slopes) {
                     *own = slopes.iter().zip(n.iter()).map(|(slope, n)| slope * n).sum();
                 }
-                let x = ElementCoordinates::from_column_slice(x);
-                let force = helicoidal::force(&x, element.length, &by_forms.transpose());
+                let force = helicoidal::force(x, element.length, &by_forms.transpose());
                 element.scatter(&force, out);
             }
         }
@@ -128,13 +170,11 @@ impl AtStart<'_> {
         match self {
             Self::Here(at) => at.emit_outer(end, c, out),
             Self::Kept { element, x, slopes, wrenches, .. } => {
-                match end.wrenches_in(out, [x, end.x.as_slice()]) {
+                match end.wrenches_in(out, [x.as_slice(), end.x.as_slice()]) {
                     Some(end) => emit_reduced(element, &product(wrenches, c), &end, out),
                     None => {
-                        let (x, slopes) =
-                            (ElementCoordinates::from_column_slice(x), slopes.as_flattened());
-                        let slopes = Slopes::from_column_slice(slopes);
-                        let start = helicoidal::force(&x, element.length, &slopes);
+                        let slopes = Slopes::from_column_slice(slopes.as_flattened());
+                        let start = helicoidal::force(x, element.length, &slopes);
                         emit_product(element, &product(&start.data.0, c), &end.gradients(), out);
                     }
                 }
@@ -168,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_of_the_start_changes_nothing_but_rounding() {
+    fn what_is_kept_of_the_ends_changes_nothing_but_rounding() {
         let mut sample = Sample::new(24);
         let kinds = [ElementKind::Helicoidal, ElementKind::SecondOrder, ElementKind::Rope];
         for kind in kinds {
@@ -189,6 +229,9 @@ mod tests {
             let worst = errors.fold(0.0, |worst: f64, e| if e <= worst { worst } else { e });
             println!("{kind:?}: off by {worst:.1e}");
             assert!(worst < 1e-15, "{kind:?}: {worst:e}");
+            // what is kept of the end is what is computed
+            s.derive_end(U_d.end_values(), |q, out| U_d.derive_end(q, out));
+            assert_eq!(of_step(&U_d, &s), found, "{kind:?}");
             // nothing at the start is computed again
             s.q0.fill(f64::NAN);
             assert!(of_step(&U_d, &s).iter().all(|x| x.is_finite()), "{kind:?}");
@@ -198,6 +241,7 @@ mod tests {
     #[test]
     fn mean_directors_keep_nothing() {
         let elements = random_elements(&mut Sample::new(25)).0;
-        assert_eq!(AveragedStrains::new(elements).derived_values(), 0);
+        let U_d = AveragedStrains::new(elements);
+        assert_eq!([U_d.derived_values(), U_d.end_values()], [0; 2]);
     }
 }
