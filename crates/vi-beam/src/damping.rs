@@ -76,14 +76,14 @@ impl StrainDamping {
         Self { slowness: Some(slowness), ..self }
     }
 
-    /// All that is damped, with `θ` in a step `h`.
-    fn damped(&self, h: f64) -> impl Iterator<Item = (Strained<'_>, f64)> {
+    /// All that is damped, with its index and `θ` in a step `h`.
+    fn damped(&self, h: f64) -> impl Iterator<Item = (usize, Strained<'_>, f64)> {
         let theta = move |element: usize| match &self.slowness {
             Some(slowness) => lag(slowness[element], h),
             None => 0.0,
         };
         let all = self.elements.strained().enumerate();
-        all.filter(|(_, own)| own.is_damped()).map(move |(k, own)| (own, theta(k)))
+        all.filter(|(_, own)| own.is_damped()).map(move |(k, own)| (k, own, theta(k)))
     }
 
     /// All that is damped.
@@ -92,9 +92,9 @@ impl StrainDamping {
     }
 
     fn add_slot(&self, s: &Interval, of: Slot, out: &mut [f64]) {
-        for (own, theta) in self.damped(s.h) {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
-            own.add(s.node(of), &resultants(&own.viscosity(), &change, theta, of), out); // [6.23]
+        for (index, own, theta) in self.damped(s.h) {
+            let n = resultants(&own.viscosity(), &own.change(s, index), theta, of);
+            own.add_at((s, index), of, &n, out); // [6.23]
         }
     }
 }
@@ -109,14 +109,13 @@ impl DiscreteForce for StrainDamping {
     }
 
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
-        for (own, theta) in self.damped(s.h) {
+        for (index, own, theta) in self.damped(s.h) {
             let c = -(0.5 - of.sign() * theta) * own.viscosity();
             let slope = by.sign() * c;
             if of == by {
-                let change = own.strain(&s.q1) - own.strain(&s.q0);
-                own.emit(s.node(of), &slope, &(c * change), out);
+                own.emit(s.node(of), &slope, &(c * own.change(s, index)), out);
             } else {
-                own.emit_outer(s.node(of), s.node(by), &slope, out);
+                own.emit_between((s, index), of, &slope, out);
             }
         }
     }
@@ -149,8 +148,8 @@ impl DiscreteForce for StrainDamping {
     /// strain nothing.
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
-        for own in self.all_damped() {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
+        for (index, own, _) in self.damped(s.h) {
+            let change = own.change(s, index);
             work -= (own.viscosity() * change).dot(&change) / s.h;
         }
         work

@@ -137,14 +137,14 @@ impl StrainDissipation {
 
     /// `C_i ℓ φ_i` in a step.
     fn forces(&self, s: &Interval, index: usize, own: &Strained<'_>) -> Strain {
-        let change = own.strain(&s.q1) - own.strain(&s.q0);
-        own.stiffness() * self.stress(s, index, &change)
+        own.stiffness() * self.stress(s, index, &own.change(s, index))
     }
 
     /// `out ← out + h' f/h` of the force `f` of an end, for the step `h'`.
     fn add_slot(&self, s: &Interval, of: Slot, h: f64, out: &mut [f64]) {
         for (index, own) in self.elements.strained().enumerate() {
-            own.add(s.node(of), &(-0.5 * h * self.forces(s, index, &own)), out); // [6.24]
+            let n = -0.5 * h * self.forces(s, index, &own);
+            own.add_at((s, index), of, &n, out); // [6.24]
         }
     }
 
@@ -185,7 +185,7 @@ impl DiscreteForce for StrainDissipation {
                 let n = -0.5 * s.h * self.forces(s, index, &own);
                 own.emit(s.node(of), &c, &n, out);
             } else {
-                own.emit_outer(s.node(of), s.node(by), &c, out);
+                own.emit_between((s, index), of, &c, out);
             }
         }
     }
@@ -222,7 +222,7 @@ impl DiscreteForce for StrainDissipation {
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
         let mut work = 0.0;
         for (index, own) in self.elements.strained().enumerate() {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            let change = own.change(s, index);
             work -= self.forces(s, index, &own).dot(&change);
         }
         work
@@ -244,7 +244,7 @@ impl DiscreteForce for StrainDissipation {
 
     fn advance(&self, s: &Interval, out: &mut [f64]) {
         for (index, own) in self.elements.strained().enumerate() {
-            let change = own.strain(&s.q1) - own.strain(&s.q0);
+            let change = own.change(s, index);
             let own = &mut out[OF_POINT * index..OF_POINT * (index + 1)];
             for (i, own) in own.chunks_exact_mut(OF_STRAIN).enumerate() {
                 let next = self.filter.step(&variables(s, index, i), change[i]);

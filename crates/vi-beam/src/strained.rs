@@ -6,6 +6,7 @@ use crate::elements::Elements;
 use crate::section::Section;
 use crate::strain::Strain;
 use nalgebra::Matrix6;
+use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Entries;
 
 /// An element with its section.
@@ -45,6 +46,42 @@ impl Strained<'_> {
     /// `∇ε_i·v`.
     pub(crate) fn strain_rate(&self, q: &[f64], v: &[f64]) -> Strain {
         self.element.within(q).rate(&self.element.coordinates(v))
+    }
+
+    /// `Δε` of a step in which it is the element `index`.
+    pub(crate) fn change(&self, s: &Interval, index: usize) -> Strain {
+        let [start, end] = self.element.strains_of(s, index);
+        end - start
+    }
+
+    /// `out ← out + Σ n_i ∇ε_i` at an end of such a step.
+    pub(crate) fn add_at(
+        &self,
+        (s, index): (&Interval, usize),
+        of: Slot,
+        n: &Strain,
+        out: &mut [f64],
+    ) {
+        match of {
+            Slot::First => self.element.at_start(s, index).scatter(n, out),
+            Slot::Second => self.element.at_end(s, index).scatter(n, out),
+        }
+    }
+
+    /// Emits `Σ c_ij ∇ε_i ∇ε_jᵀ` of such a step, the first gradients those of one end, the second
+    /// those of the other.
+    pub(crate) fn emit_between(
+        &self,
+        (s, index): (&Interval, usize),
+        of: Slot,
+        c: &Matrix6<f64>,
+        out: &mut dyn Entries,
+    ) {
+        let end = self.element.at_end(s, index);
+        match of {
+            Slot::First => self.element.at_start(s, index).emit_outer(&end, c, out),
+            Slot::Second => end.emit_outer(&self.element.within(&s.q0), c, out),
+        }
     }
 
     /// `out ← out + Σ n_i ∇ε_i`.
