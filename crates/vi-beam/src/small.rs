@@ -12,11 +12,13 @@ pub(crate) fn product<const I: usize, const J: usize, const K: usize>(
 ) -> SMatrix<f64, I, K> {
     let mut out = SMatrix::<f64, I, K>::zeros();
     for (own, factors) in out.data.0.iter_mut().zip(&right.data.0) {
+        let mut sum = [0.0; I]; // in registers
         for (column, factor) in left.iter().zip(factors) {
             if *factor != 0.0 {
-                own.iter_mut().zip(column).for_each(|(own, value)| *own += factor * value);
+                sum.iter_mut().zip(column).for_each(|(sum, value)| *sum += factor * value);
             }
         }
+        *own = sum;
     }
     out
 }

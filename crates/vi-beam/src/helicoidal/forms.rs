@@ -1,7 +1,6 @@
 //! The quadratic forms of which helicoidal strains are functions, and what acts on them.
 #![allow(non_snake_case)] // B
 
-use crate::small::product;
 use crate::strain::{self, ElementCoordinates, SIZE, Strain};
 use nalgebra::{SMatrix, SVector, Vector3};
 use vi_core::Number;
@@ -81,23 +80,20 @@ pub fn wrenches<const N: usize>(
     let vector = |slot: usize| Vector3::new(x[3 * slot], x[3 * slot + 1], x[3 * slot + 2]);
     let half_slope = (vector(4) - vector(0)) * (0.5 / length);
     let [a, b] = [1, 5].map(|first| [0, 1, 2].map(|i| vector(first + i)));
-    let (mut of_g, mut turns) = ([[0.0; 12]; 3], [[0.0; 3]; 4]);
-    let mut relative = Vector3::zeros();
-    for i in 0..3 {
+    let force = [0, 1, 2].map(|i| (a[i] + b[i]) * (0.5 / length));
+    let [of_a, of_b] = [a, b].map(|own| own.map(|d| d.cross(&half_slope)));
+    let turns = [0, 1, 2].map(|i| {
         let (m, l) = ((i + 1) % 3, (i + 2) % 3);
-        let force = (a[i] + b[i]) * (0.5 / length);
-        let parts = [-force, a[i].cross(&half_slope), force, b[i].cross(&half_slope)];
-        of_g[i].as_chunks_mut().0.iter_mut().zip(parts).for_each(|(own, part)| *own = part.into());
-        turns[i] = (0.5 * (a[l].cross(&b[m]) - a[m].cross(&b[l]))).into();
-        relative -= 0.25 * a[i].cross(&b[i]);
-    }
-    turns[3] = relative.into();
-    let mut out = product(&of_g, &c.fixed_columns::<3>(0).transpose());
-    let turned = product(&turns, &c.fixed_columns::<4>(3).transpose());
-    for (own, turned) in out.data.0.iter_mut().zip(&turned.data.0) {
-        for i in 0..3 {
-            (own[3 + i], own[9 + i]) = (own[3 + i] + turned[i], own[9 + i] - turned[i]);
-        }
+        (a[l].cross(&b[m]) - a[m].cross(&b[l])) * 0.5
+    });
+    let relative = (a[0].cross(&b[0]) + a[1].cross(&b[1]) + a[2].cross(&b[2])) * -0.25;
+    let mut out = SMatrix::zeros();
+    for (j, column) in out.data.0.iter_mut().enumerate() {
+        let c = |k: usize| c[(j, k)];
+        let sum = |v: &[Vector3<f64>; 3], k: usize| v[0] * c(k) + v[1] * c(k + 1) + v[2] * c(k + 2);
+        let (force, turn) = (sum(&force, 0), sum(&turns, 3) + relative * c(6));
+        let parts = [-force, sum(&of_a, 0) + turn, force, sum(&of_b, 0) - turn];
+        column.as_chunks_mut().0.iter_mut().zip(parts).for_each(|(own, part)| *own = part.into());
     }
     out
 }
