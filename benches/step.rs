@@ -89,24 +89,52 @@ fn order(_: &mut Criterion) {
     }
 }
 
-/// Both elements of beams, 20 of them, in turn: the least time of a step, and its ratio to that of
-/// mean directors.
+/// A model with the names of its beams.
+type BeamModel = (&'static str, &'static str, &'static [&'static str]);
+
+/// Trees and loops, in a plane and in space.
+const BEAMS: [BeamModel; 6] = [
+    ("flying_beam", include_str!("../examples/models/flying_beam.toml"), &["beam"]),
+    ("elbow_cantilever", include_str!("../examples/models/elbow_cantilever.toml"), &["frame"]),
+    ("soft_arm", include_str!("../examples/models/soft_arm.toml"), &["arm"]),
+    (
+        "flexible_slider_crank",
+        include_str!("../examples/models/flexible_slider_crank.toml"),
+        &["rod"],
+    ),
+    (
+        "flexible_four_bar",
+        include_str!("../examples/models/flexible_four_bar.toml"),
+        &["coupler", "rocker"],
+    ),
+    ("whirling_shaft", include_str!("../examples/models/whirling_shaft.toml"), &["shaft"]),
+];
+
+/// Both elements of beams in turn, forwards, as damping allows: the least time of a step, its
+/// Newton iterations, and its ratio to that of mean directors.
 fn elements(_: &mut Criterion) {
     let quick = std::env::args().any(|a| a == "--test");
-    let text = include_str!("../examples/models/flying_beam.toml");
-    let mut runs = ["mean_directors", "helicoidal"].map(|element| {
-        let set = [Override::new("beam.beam.element", element)];
-        (element, Simulation::new(&Model::from_toml_with(text, &set).unwrap()).unwrap())
-    });
-    let (mut best, count) = ([f64::INFINITY; 2], if quick { 1 } else { 2 * REVERSAL });
-    for _ in 0..if quick { 1 } else { 10 } {
-        for (best, (_, simulation)) in best.iter_mut().zip(&mut runs) {
-            *best = best.min(steps(simulation, &mut 0, count).as_secs_f64());
+    let (rounds, count) = if quick { (1, 1) } else { (10, REVERSAL) };
+    for (name, text, beams) in BEAMS {
+        let mut best = [f64::INFINITY; 2];
+        let mut iterations = [0; 2];
+        for _ in 0..rounds {
+            for (k, element) in ["mean_directors", "helicoidal"].into_iter().enumerate() {
+                let own = |beam: &&str| Override::new(format!("beam.{beam}.element"), element);
+                let set: Vec<Override> = beams.iter().map(own).collect();
+                let model = Model::from_toml_with(text, &set).unwrap();
+                let mut run = Simulation::new(&model).unwrap();
+                let begin = Instant::now();
+                iterations[k] =
+                    (0..count).map(|_| run.integrator().step().unwrap().iterations).sum();
+                best[k] = best[k].min(begin.elapsed().as_secs_f64());
+            }
         }
-    }
-    for ((element, _), time) in runs.iter().zip(best) {
-        let one = 1e6 * time / count as f64;
-        println!("flying_beam, {element}: {one:.2} µs a step, {:.2}", time / best[0]);
+        for (k, element) in ["mean_directors", "helicoidal"].into_iter().enumerate() {
+            let (one, ratio) = (1e6 * best[k] / count as f64, best[k] / best[0]);
+            let each = iterations[k] as f64 / count as f64;
+            println!("{name}, {element}: {one:.2} µs a step, {each:.2} iterations, {ratio:.2}");
+        }
     }
 }
 
