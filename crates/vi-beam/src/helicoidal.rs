@@ -60,7 +60,7 @@ impl<T: Number> Helicoidal<T> {
         Helix::at(y, self.length).xi
     }
 
-    /// The same without derivatives.
+    /// `η` of [`Helicoidal::at`] alone.
     #[must_use]
     #[inline]
     pub fn strain(&self, y: &Forms<T>, reference: &Vector6<T>) -> Vector6<T> {
@@ -70,7 +70,7 @@ impl<T: Number> Helicoidal<T> {
     /// The strains at `y` of an element that is stress-free with `(G, K)_0 = reference`, with all
     /// that their derivatives need.
     #[must_use]
-    #[inline]
+    #[inline(always)] // what is not read is not computed
     pub fn at<'a>(&'a self, y: &Forms<T>, reference: &Vector6<T>) -> AtForms<'a, T> {
         let helix = Helix::at(y, self.length);
         let xi = helix.xi;

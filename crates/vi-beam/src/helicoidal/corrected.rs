@@ -36,8 +36,10 @@ impl<T: Number> Corrected<T> {
         z: &Vector6<T>,
     ) -> (Self, Vector6<T>) {
         let square = law.length * law.length;
-        let (_, K) = split(xi);
-        let m: Vector3<T> = law.stiffness.fixed_rows::<3>(3) * z;
+        let ((_, K), (shear, bending)) = (split(xi), split(z));
+        let C = &law.stiffness;
+        // two short sums side by side
+        let m = C.fixed_view::<3, 3>(3, 0) * shear + C.fixed_view::<3, 3>(3, 3) * bending;
         let w = S * K.cross(&m);
         let mut eta = *z;
         let shear = square / T::of(12.0);

@@ -102,7 +102,7 @@ impl<T: Number> Helix<T> {
         let (s, k) = (y[6], gap(y[6]));
         let (f, b) = (T::of(1.0) + s * k, k * (T::of(0.25) / (T::of(1.0) - s)));
         let (g, a) = (Vector3::new(y[0], y[1], y[2]), Vector3::new(y[3], y[4], y[5]));
-        let xi = join(&(g * f - a * (b * a.dot(&g))), &(a * (f / length)));
+        let xi = join(&(g * f - a * (b * a.dot(&g))), &(a / length * f));
         Self { g, a, s, k, f, b, xi }
     }
 
