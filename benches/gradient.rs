@@ -5,9 +5,13 @@
 //! parameters, by values of controls. A run and a gradient are taken in turn, each 25 times; the
 //! least times count, and their ratio. A gradient is shorter than a time slice: on a loaded machine
 //! longer ones are all interrupted. At the end chains of 32 to 512 links: how the time of a
-//! gradient grows with them. Names among the arguments choose cases.
+//! gradient grows with them. `verb`: the whole of `holonom gradient`, from the model on, with two
+//! terms and the growth of a change. Names among the arguments choose cases.
 #![allow(clippy::unwrap_used)] // a bench
 
+use holonom::Simulation;
+use holonom::gradient::{Wanted, gradient as of_model};
+use holonom::model::ModelText;
 use holonom::nalgebra::{Matrix3, Vector3};
 use holonom::vi_constraints::{Constraints, Options, SchemeKind};
 use holonom::vi_control::objective::{Effort, Last, PointComponent};
@@ -24,6 +28,7 @@ use holonom::vi_multibody::joint_force::Viscous;
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::vi_multibody::{ForceElements, FrameId, PairKind};
 use holonom::vi_rigid::Shape;
+use std::path::Path;
 use std::time::Instant;
 
 /// How many steps of a run are taken, and what controls it.
@@ -289,6 +294,13 @@ fn main() {
             }
         }
     }
+    if chosen("verb") {
+        for (n, steps) in [(1, 20000), (8, 4000), (64, 1000), (512, 300)] {
+            for springs in [false, true] {
+                verb(n, if quick { 10 } else { steps }, springs, rounds);
+            }
+        }
+    }
     if chosen("growth") {
         let links: &[usize] = if quick { &[32, 64] } else { &[32, 64, 128, 256, 512] };
         growth(links, None, rounds);
@@ -296,6 +308,99 @@ fn main() {
             growth(links, Some(of_order(2)), rounds);
         }
     }
+}
+
+/// A model file of a chain of so many hinges, with its mass and its length as parameters.
+fn model_text(n: usize, steps: usize, springs: bool) -> String {
+    let (rate, end) = (0.1_f64.min(6.4 / n as f64), 1e-3 * steps as f64);
+    let mut text = format!(
+        "model = {{ name = \"chain\", gravity = [0.0, 0.0, -9.81] }}\n\
+         simulation = {{ step = 1e-3, end = {end} }}\nparameters = {{ mass = 1.0, length = 1.0 }}\n"
+    );
+    for i in 0..n {
+        let parent = i.checked_sub(1).map_or("ground".to_owned(), |k| format!("b{k}"));
+        let axis = ["[0.0, 1.0, 0.0]", "[0.0, 0.0, 1.0]"][i % 2];
+        let at = i as f64 + 0.5;
+        let elements = match springs {
+            true => "spring = { stiffness = 5.0, rest = 0.1 }\ndamper = { damping = 0.1 }\n",
+            false => "",
+        };
+        text += &format!(
+            "[[body]]\nname = \"b{i}\"\nposition = [\"= {at}*length\", 0.0, 0.0]\nmass = \"= mass\"\n\
+             inertia = [1e-3, 0.08, 0.08]\n[[joint]]\nname = \"j{i}\"\ntype = \"revolute\"\n\
+             parent = \"{parent}\"\nchild = \"b{i}\"\nposition = [\"= {i}*length\", 0.0, 0.0]\n\
+             axis = {axis}\nrate = {rate}\n{elements}"
+        );
+    }
+    text += &format!("[[sensor]]\nname = \"tip\"\ntype = \"position\"\nof = \"b{}\"\n", n - 1);
+    for (name, part) in [("height", "z"), ("reach", "x")] {
+        text += &format!(
+            "[[objective]]\nname = \"{name}\"\ntype = \"sensor\"\nsensor = \"tip.{part}\"\ntarget = 0.3\n"
+        );
+    }
+    text
+}
+
+/// CPU time of this thread, s.
+#[cfg(unix)]
+fn cpu() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// Time that passes, s, where the system has no other.
+#[cfg(not(unix))]
+fn cpu() -> f64 {
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    since.unwrap().as_secs_f64()
+}
+
+/// What `holonom gradient` computes, in runs without outputs, CPU time; what one step takes as well,
+/// as the assembly of the model and derivatives of its start, stands apart.
+fn verb(n: usize, steps: usize, springs: bool, rounds: usize) {
+    let text = |steps| {
+        let text = ModelText::from_text(Path::new("chain.toml"), &model_text(n, steps, springs));
+        let model = text.model(&[]).unwrap();
+        (text, model)
+    };
+    let models = [text(1), text(steps)];
+    let wanted = |parameters: bool, only: &[&str], initial: bool| Wanted {
+        parameters,
+        only: only.iter().map(|&own| own.to_owned()).collect(),
+        initial,
+        ..Wanted::everything()
+    };
+    let all = [
+        ("a mass", wanted(true, &["mass"], false)),
+        ("a length", wanted(true, &["length"], false)),
+        ("initial values", wanted(false, &[], true)),
+        ("all of these", wanted(true, &[], true)),
+    ];
+    let mut least = [[f64::INFINITY; 2]; 5];
+    for _ in 0..rounds {
+        for (k, (text, model)) in models.iter().enumerate() {
+            let begin = cpu();
+            let mut simulation = Simulation::new(model).unwrap();
+            for _ in 0..model.settings.steps() {
+                simulation.step().unwrap();
+            }
+            least[0][k] = least[0][k].min(cpu() - begin);
+            for ((_, wanted), least) in all.iter().zip(&mut least[1..]) {
+                let begin = cpu();
+                let found = of_model(text, &[], model, wanted).unwrap();
+                least[k] = least[k].min(cpu() - begin);
+                assert!(found.value.is_finite() && found.terms.len() == 2);
+            }
+        }
+    }
+    let of_steps = |own: [f64; 2]| own[1] - own[0];
+    let run = of_steps(least[0]);
+    let with = if springs { " with springs" } else { "" };
+    print!("verb, chain of {n}{with}, {steps} steps in {:.0} ms:", 1e3 * run);
+    for ((name, _), own) in all.iter().zip(&least[1..]) {
+        print!(" by {name} {:.2} runs and {:.0} ms;", of_steps(*own) / run, 1e3 * own[0]);
+    }
+    println!();
 }
 
 /// The exponent with which the time of a gradient grows between chains of so many links.

@@ -29,7 +29,7 @@ use vi_constraints::scheme::StepError;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::{DiscreteLagrangian, NoStepSlope};
 use vi_core::galerkin::Stages;
-use vi_core::interval::{Slot, StepChange};
+use vi_core::interval::{Interval, Slot, StepChange};
 use vi_core::linear::dot;
 use vi_core::sparse::{Block, Product};
 use vi_core::state::State;
@@ -124,6 +124,15 @@ impl std::fmt::Debug for Task<'_> {
     }
 }
 
+/// What is seen of a run while it runs, each once and in order.
+#[derive(Clone, Copy, Debug)]
+pub enum Passing<'a> {
+    /// A (sub-)step of the macro step of this number, from 0.
+    Step(&'a Interval, usize),
+    /// The node where that macro step ends; controls act as from there.
+    Node(&'a State, usize),
+}
+
 /// The cost of a run and its derivatives.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gradient {
@@ -138,6 +147,43 @@ pub struct Gradient {
     pub controls: Vec<Vec<f64>>,
     /// By the length of all steps at a fixed number of them, where it was asked for.
     pub step: Option<f64>,
+    /// By how much the derivatives by a kick, `|b_n|_M`, grow at most where the time to the end of
+    /// the run doubles; 1 of runs too short to tell. A motion that drifts has 2, one along whose
+    /// path something counts less than [`SUSPECT`]; more is a sign of growth, which
+    /// [`crate::growth`] measures.
+    pub swelling: f64,
+}
+
+/// From which [`Gradient::swelling`] on a motion may be chaotic.
+pub const SUSPECT: f64 = 16.0;
+
+/// The largest derivatives by a kick while the time to the end doubles again and again.
+#[derive(Default)]
+struct Swelling {
+    steps: usize,      // to the end
+    largest: Vec<f64>, // |b|_M², of steps 2^k … 2^{k+1} − 1
+    impulse: Vec<f64>, // M b
+}
+
+impl Swelling {
+    /// First steps, which tell little.
+    const FIRST: usize = 2;
+
+    fn see(&mut self, system: &impl DiscreteLagrangian, b: &[f64]) {
+        self.impulse.clear();
+        self.impulse.resize(b.len(), 0.0);
+        system.mass().mul_add(1.0, b, &mut self.impulse);
+        self.steps += 1;
+        let k = self.steps.ilog2() as usize;
+        self.largest.resize(k + 1, 0.0);
+        self.largest[k] = self.largest[k].max(dot(&self.impulse, b));
+    }
+
+    fn found(&self) -> f64 {
+        let all = self.largest.get(Self::FIRST..).unwrap_or_default().windows(2);
+        let ratio = |own: &[f64]| if own[1] > 0.0 { (own[1] / own[0]).sqrt() } else { 1.0 };
+        all.map(ratio).fold(1.0, f64::max)
+    }
 }
 
 /// Refuses runs whose steps have no derivatives here.
@@ -182,6 +228,22 @@ impl Gradient {
         S: DiscreteLagrangian + 'static,
         C: Constraints + 'static,
     {
+        Self::watched(run, task, &mut |_| ())
+    }
+
+    /// The same, and `watch` sees the run forward.
+    ///
+    /// # Errors
+    /// As of [`Gradient::of`].
+    pub fn watched<S, C>(
+        run: &mut Integrator<S, C>,
+        task: &Task<'_>,
+        watch: &mut dyn FnMut(Passing<'_>),
+    ) -> Result<Self, GradientError>
+    where
+        S: DiscreteLagrangian + 'static,
+        C: Constraints + 'static,
+    {
         check(run)?;
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
@@ -213,6 +275,7 @@ impl Gradient {
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
         let mut sweep = Sweep {
             task,
+            watch,
             start: state.t,
             costates: fast.unwrap_or_else(general),
             settles: along == Tangents::OfMovedMechanism,
@@ -230,10 +293,12 @@ impl Gradient {
             tape: Tape::default(),
             found: Self { controls, parameters, ..Self::default() },
             by_step: 0.0,
+            swelling: Swelling::default(),
             first: true,
         };
         sweep.piece(run, 0..task.steps, &levels)?;
-        let Sweep { costate, mut found, by_step, start, sums, .. } = sweep;
+        let Sweep { costate, mut found, by_step, start, sums, swelling, .. } = sweep;
+        found.swelling = swelling.found();
         if !found.value.is_finite() || costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);
         }
@@ -266,6 +331,7 @@ fn holding(node: &State, p: &[f64]) -> State {
 /// A sweep backward under way.
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
+    watch: &'a mut dyn FnMut(Passing<'_>),
     start: f64, // t_0
     costates: Box<dyn CostateSweep<S, C>>,
     settles: bool, // the first step finds multipliers, so that its start counts by itself
@@ -283,6 +349,7 @@ struct Sweep<'a, S, C> {
     tape: Tape,
     found: Gradient,
     by_step: f64,
+    swelling: Swelling,
     first: bool, // the run was not at its end yet
 }
 
@@ -335,7 +402,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
         let keeps = keeps_momentum(run);
-        let Self { found, costates, p, dq, .. } = self;
+        let Self { found, costates, p, dq, watch, .. } = self;
         let last = steps.end - 1;
         controls.set(steps.start);
         let mut nodes = counts.then(|| NodeCost::of(objective, run.state()));
@@ -345,6 +412,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let taken = run.step_with(&mut |system, _, taken| {
                 if counts {
                     found.value += objective.of_step(taken.s, w);
+                    watch(Passing::Step(taken.s, step));
                 }
                 if step == last {
                     if !keeps {
@@ -361,6 +429,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 controls.set(step + 1); // those of the step from a node act there
                 objective.follow(run.state(), Seen::Next);
                 found.value += nodes.step_to(objective, run.state());
+                watch(Passing::Node(run.state(), step));
             }
         }
         Ok(())
@@ -379,7 +448,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         controls.set(steps.start);
         let sizes = [state.q.len(), stages, state.angles.len(), state.internal.len()];
         self.tape.reserve(steps.len(), sizes);
-        let Self { tape, nodes, found, first, costates, p, dq, begin, .. } = self;
+        let Self { tape, nodes, found, first, costates, p, dq, begin, watch, .. } = self;
         nodes.clear();
         begin.clone_from(dq);
         let ends = steps.end == self.task.steps;
@@ -393,6 +462,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let taken = run.step_with(&mut |system, _, taken| {
                 if *first {
                     found.value += objective.of_step(taken.s, w);
+                    watch(Passing::Step(taken.s, step));
                 }
                 tape.push(step, taken.points(), p);
                 if !keeps {
@@ -408,6 +478,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 controls.set(step + 1);
                 objective.follow(run.state(), Seen::Next);
                 found.value += costs.step_to(objective, run.state());
+                watch(Passing::Node(run.state(), step));
             }
         }
         if objective.counts_nodes() {
@@ -531,6 +602,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             let node = (nodes.get(node).filter(|_| starts), &before[..]);
             self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
             if starts {
+                self.swelling.see(run.system(), &self.costate.p);
                 self.node((&nodes, step - tape.step(0)), step);
             }
         }

@@ -17,7 +17,7 @@ use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
 use crate::node::{Node, NodeQuantity, Reads, Slopes};
 use crate::objective::{ByKnown, Known, Objective, Quantity, Seen, Term};
-use crate::sensitivities::{Beside, Direction, Growth, Increment, NodeForces, Sensitivities};
+use crate::sensitivities::{Beside, Direction, Increment, NodeForces, Sensitivities};
 use crate::terminal_rate::{NodeReader, NodeSources};
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -200,7 +200,6 @@ pub enum SeriesError {
 pub struct MotionResiduals<E> {
     experiment: E,
     series: Vec<Series>,
-    growth: Vec<Growth>,
 }
 
 /// The part that a node has in a residual.
@@ -248,7 +247,7 @@ impl<E: Experiment> MotionResiduals<E> {
                 return Err(SeriesError::NotANumber { series: k, value });
             }
         }
-        Ok(Self { experiment, series, growth: Vec::new() })
+        Ok(Self { experiment, series })
     }
 
     /// The measurements.
@@ -259,12 +258,6 @@ impl<E: Experiment> MotionResiduals<E> {
     /// What runs.
     pub fn experiment(&self) -> &E {
         &self.experiment
-    }
-
-    /// How much tangents along the parameters grew in the last run: beyond
-    /// [`crate::sensitivities::MEANINGLESS`] residuals have many minima.
-    pub fn growth(&self) -> &[Growth] {
-        &self.growth
     }
 
     /// The parts of all nodes in all residuals, node after node.
@@ -577,9 +570,6 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                     return Err(refused(GradientError::NotANumber));
                 }
             }
-        }
-        if wanted {
-            self.growth = tangents.growth().to_vec();
         }
         Ok(())
     }

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`gradient`] | all derivatives of the cost of a run by one sweep backward |
 //! | [`sensitivities`] | tangents beside a run: derivatives of the motion along directions |
+//! | [`growth`] | how much a change of a motion grows, by a neighbouring run |
 //! | [`objective`], [`momentum`], [`terminal_rate`], [`node`] | the cost of a run as a sum of terms |
 //! | [`controls`] | efforts that are chosen for each step |
 //! | [`checkpoints`], `tape` | which states of a run are kept for the sweep backward |
@@ -28,6 +29,7 @@ pub mod checkpoints;
 pub mod constrained_least_squares;
 pub mod controls;
 pub mod gradient;
+pub mod growth;
 pub mod identification;
 pub mod kkt;
 pub mod least_squares;
@@ -57,6 +59,7 @@ pub use vi_rigid;
 pub use checkpoints::Checkpoints;
 pub use controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 pub use gradient::{Gradient, GradientError, Task};
+pub use growth::Neighbour;
 pub use kkt::Kkt;
 pub use objective::{Objective, Term};
 #[cfg(feature = "pounce")]

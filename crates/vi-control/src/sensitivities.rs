@@ -53,12 +53,17 @@ impl Direction {
 }
 
 /// The largest growth of a tangent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
     /// `max_n |δq_n|/|δq_0|`.
     pub largest: f64,
     /// The time of the first node beyond [`MEANINGLESS`], s.
     pub meaningless_from: Option<f64>,
+}
+
+impl Growth {
+    /// Of what stays as it is.
+    pub const NONE: Self = Self { largest: 1.0, meaningless_from: None };
 }
 
 /// Tangents beside a run.
@@ -163,7 +168,7 @@ impl Sensitivities {
         Ok(Self {
             tangents: directions.iter().map(|own| own.start.clone()).collect(),
             rates: vec![0.0; directions.len()],
-            growth: vec![Growth { largest: 1.0, meaningless_from: None }; directions.len()],
+            growth: vec![Growth::NONE; directions.len()],
             sizes: directions.iter().map(|own| norm(&own.start.q)).collect(),
             directions,
             linearization: Linearization::new(run.method(), (n, m), run.rows()),

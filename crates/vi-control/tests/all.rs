@@ -17,6 +17,7 @@ mod fits;
 mod galerkin;
 mod galerkin_time;
 mod gradients;
+mod growth;
 mod identifications;
 mod moved_joints;
 mod optima;

@@ -8,6 +8,11 @@
 //! kind does not count as apart. Rounding alone, as of a number that nothing changes, is taken for
 //! an error in one of 30 000 comparisons then; it were one of 50 without the factor. What is zero
 //! by symmetry is a number of `ε²` at most that is no more than rounding.
+//!
+//! Where the first `ε` does not resolve a derivative, or both part, `ε` is divided by 16 again and
+//! again, as often as the growth of a change of the motion asks for; what the difference moved by
+//! tells what is left of its own error. The `ε` that resolves most counts. Where none resolves 1e-6
+//! of the derivative, the comparison says so; nor does it judge derivatives that mean nothing.
 
 use super::objective::with_sensors;
 use super::prepared::{Begin, Prepared};
@@ -22,8 +27,19 @@ use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// Directions for each kind of derivative.
 const DIRECTIONS: usize = 3;
-/// The longer change, in parts of the size of a number or of 1.
+/// The longest change, in parts of the size of a number or of 1.
 const CHANGE: f64 = 1e-3;
+/// What the next one is divided by.
+const FINER: f64 = 16.0;
+/// Changes at most: the last is a thousand roundings.
+const LEVELS: f64 = 9.0;
+/// The error of a difference, in parts of what it moved by from the longer change; that of the
+/// order of the method is 1/65536.
+const LEFT: f64 = 1.0 / 256.0;
+/// What differences resolve where they are good, in parts of the derivative.
+const FINE: f64 = 1e-7;
+/// What they have to resolve.
+const COARSE: f64 = 1e-6;
 /// How far beyond the largest of few draws rounding may be.
 const DRAWS: f64 = 8.0;
 
@@ -41,6 +57,8 @@ pub struct Check {
     /// How far apart they are beyond what differences resolve, in parts of the larger sum of moduli
     /// that the derivative has.
     pub relative: f64,
+    /// Whether differences resolve 1e-6 of it; they compare nothing otherwise, and `relative` is 0.
+    pub resolved: bool,
 }
 
 /// What is changed.
@@ -64,11 +82,29 @@ pub(super) struct Runs<'a> {
 }
 
 /// Along a direction: the difference, the derivative, the sum of its moduli, what is not resolved.
+#[derive(Clone, Copy)]
 struct Along {
     difference: f64,
     derivative: f64,
     size: f64,
-    rounding: f64,
+    rounding: f64,   // of the cost
+    unresolved: f64, // of the difference
+}
+
+impl Along {
+    fn apart(&self) -> f64 {
+        (self.difference - self.derivative).abs()
+    }
+
+    fn scale(&self) -> f64 {
+        self.size.max(self.difference.abs())
+    }
+
+    /// Whether a shorter change is of no use.
+    fn is_fine(&self, level: usize) -> bool {
+        let agrees = self.apart() <= self.unresolved;
+        self.unresolved <= FINE * self.scale() && (agrees || level > 0)
+    }
 }
 
 impl Runs<'_> {
@@ -135,11 +171,11 @@ impl Runs<'_> {
         Prepared::new(&changed, &self.wanted.of, (&values, &outside))?.value()
     }
 
-    /// Differences along a direction.
+    /// Differences along a direction with the longer change `e`.
     fn along(
         &self,
         (gradient, value): (&ModelGradient, f64),
-        by: By,
+        (by, e): (By, f64),
         (exact, direction): (&[f64], &[f64]),
     ) -> Result<Along, GradientFailure> {
         let parts = || exact.iter().zip(direction).map(|(a, b)| a * b);
@@ -148,13 +184,56 @@ impl Runs<'_> {
             let (plus, minus) = (plus?, minus?);
             Ok([(plus - minus) / (2.0 * e), plus + minus - 2.0 * value])
         };
-        let ([long, bent], [short, less]) = (both(CHANGE)?, both(0.5 * CHANGE)?);
+        let ([long, bent], [short, less]) = (both(e)?, both(0.5 * e)?);
         Ok(Along {
             difference: (4.0 * short - long) / 3.0,
             derivative: parts().sum(),
             size: parts().map(f64::abs).sum(),
             rounding: (bent - 4.0 * less).abs().max(f64::EPSILON * value.abs().max(f64::EPSILON)),
+            unresolved: f64::INFINITY,
         })
+    }
+
+    /// The differences that resolve most along each of some directions.
+    fn resolving_most(
+        &self,
+        of: (&ModelGradient, f64),
+        by: By,
+        (exact, directions): (&[f64], &[Vec<f64>]),
+    ) -> Result<Vec<Along>, GradientFailure> {
+        let levels = 4.0 + (of.0.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
+        let mut best: Vec<Along> = Vec::new();
+        let mut before: Vec<f64> = Vec::new();
+        let mut e = CHANGE;
+        for level in 0..levels.min(LEVELS) as usize {
+            let one = |direction: &Vec<f64>| self.along(of, (by, e), (exact, direction));
+            let mut found = directions.iter().map(one).collect::<Result<Vec<_>, _>>()?;
+            let rounding = found.iter().map(|own| own.rounding).fold(0.0, f64::max);
+            for (k, own) in found.iter_mut().enumerate() {
+                let moved = before.get(k).map_or(0.0, |before| (own.difference - before).abs());
+                own.unresolved = DRAWS * rounding / e + LEFT * moved;
+            }
+            before = found.iter().map(|own| own.difference).collect();
+            let is_fine = found.iter().all(|own| own.is_fine(level));
+            // rounding alone is left, unless the changes are far beyond what is linear
+            let pairs = found.iter().zip(&best);
+            let is_worse = level > 0
+                && of.0.growth.is_none()
+                && pairs.into_iter().all(|(own, best)| own.unresolved > best.unresolved);
+            match level {
+                0 => best = found,
+                _ => best.iter_mut().zip(found).for_each(|(best, own)| {
+                    if own.unresolved < best.unresolved {
+                        *best = own;
+                    }
+                }),
+            }
+            if is_fine || is_worse {
+                break;
+            }
+            e /= FINER;
+        }
+        Ok(best)
     }
 
     /// A part of a direction: as large as the number that changes, or 1.
@@ -190,19 +269,24 @@ impl Runs<'_> {
             (By::Step, "step", gradient.by_step.into_iter().collect()),
         ];
         for (by, name, exact) in kinds.into_iter().filter(|kind| !kind.2.is_empty()) {
-            let mut found = Vec::new();
-            for _ in 0..DIRECTIONS {
-                let one = |k| Self::part(gradient, by, &mut random, k);
-                let direction: Vec<f64> = (0..exact.len()).map(one).collect();
-                found.push(self.along((gradient, value), by, (&exact, &direction))?);
-            }
-            let rounding = found.iter().map(|own| own.rounding).fold(0.0, f64::max);
-            let unresolved = DRAWS * rounding / CHANGE;
-            for (k, Along { difference, derivative, size, .. }) in found.into_iter().enumerate() {
-                let apart = (difference - derivative).abs() - unresolved;
-                let relative = if apart <= 0.0 { 0.0 } else { apart / size.max(difference.abs()) };
+            let mut one = |k| Self::part(gradient, by, &mut random, k);
+            let direction = |_| (0..exact.len()).map(&mut one).collect();
+            let directions: Vec<Vec<f64>> = (0..DIRECTIONS).map(direction).collect();
+            let found = self.resolving_most((gradient, value), by, (&exact, &directions))?;
+            for (k, own) in found.into_iter().enumerate() {
+                let Along { difference, derivative, size, unresolved, .. } = own;
+                let (apart, scale) = (own.apart() - unresolved, own.scale());
+                let relative = if apart <= 0.0 { 0.0 } else { apart / scale };
+                let is_judged = gradient.meaningless_from.is_none() || relative <= COARSE;
+                // nothing is left to be resolved of a number on which nothing depends
+                let shows = relative > 0.0
+                    || relative.is_nan()
+                    || size == 0.0
+                    || unresolved <= COARSE * scale;
+                let resolved = is_judged && shows;
+                let relative = if resolved { relative } else { 0.0 };
                 let (by, direction) = (name.to_owned(), k + 1);
-                checks.push(Check { by, direction, derivative, difference, relative });
+                checks.push(Check { by, direction, derivative, difference, relative, resolved });
             }
         }
         Ok(checks)

@@ -16,9 +16,13 @@ mod beam_tests;
 mod bushing_tests;
 mod check;
 #[cfg(test)]
+mod check_tests;
+#[cfg(test)]
 mod comparison;
 #[cfg(test)]
 mod contact_tests;
+#[cfg(test)]
+mod dual_tests;
 pub(crate) mod equilibrium;
 #[cfg(test)]
 mod expression_tests;
@@ -28,6 +32,7 @@ mod force_models;
 mod force_tests;
 #[cfg(test)]
 mod galerkin_tests;
+pub(crate) mod growth;
 pub(crate) mod objective;
 pub(crate) mod prepared;
 #[cfg(test)]
@@ -53,15 +58,15 @@ use crate::shown::depends_on;
 use crate::start::independent::TreeCoordinate;
 use crate::system::System;
 use crate::system::outside::{JointStart, Outside};
+use growth::Terms;
 use holonom_model::{Model, ModelError, ModelText, Override};
 use objective::Costs;
 pub(crate) use objective::Prices;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
-use std::sync::Arc;
 use trial::{InitialCoordinate, StatedStart};
 use vi_control::checkpoints::Checkpoints;
-use vi_control::gradient::{Gradient, Task};
+use vi_control::gradient::{Gradient, Passing, SUSPECT, Task};
 use vi_control::objective::Objective;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_multibody::design::start::{self, StartTangent};
@@ -257,8 +262,9 @@ pub struct ModelGradient {
     /// was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub by_step: Option<f64>,
-    /// `max_n |δq_n|/|δq_0|` of a change of the start.
-    pub growth: f64,
+    /// `max_n |δq_n|/|δq_0|` of a change of the start, by a neighbouring run, up to 1e6; `None`
+    /// where derivatives do not grow along the sweep backward.
+    pub growth: Option<f64>,
     /// From which time on derivatives say nothing of the mechanism, s.
     pub meaningless_from: Option<f64>,
     /// The equilibrium of which it is; `None` of a motion.
@@ -320,14 +326,19 @@ pub fn gradient(
     wanted: &Wanted,
 ) -> Result<ModelGradient, GradientFailure> {
     let from = &objective::with_sensors(model, &wanted.of);
+    objective::known(from, &wanted.of)?;
     if from.objectives.is_empty() {
         let help = "add an [[objective]]: effort, work, time, rate, sensor, value or momentum, or name a sensor by --of";
         return Err(refused("objective", "a gradient of nothing", help).into());
     }
-    let swept = sweep((text, overrides, from), wanted, &Prices::default())?;
-    let Swept { mut gradient, model, wanted, begin, starts, changes } = swept;
-    terms(from, &wanted, &mut gradient)?;
-    grow(&model, &wanted, (&begin, &starts, &changes), &mut gradient)?;
+    let (mut gradient, swelling) =
+        sweep((text, overrides, from), wanted, (&Prices::default(), true))?;
+    terms(from, wanted, &mut gradient)?;
+    if swelling > SUSPECT {
+        let outside = (&wanted.outside(), &wanted.values[..]);
+        let own = growth::growth(model, outside, gradient.steps)?;
+        (gradient.growth, gradient.meaningless_from) = (Some(own.largest), own.meaningless_from);
+    }
     Ok(gradient)
 }
 
@@ -341,25 +352,16 @@ pub(crate) fn priced(
     wanted: &Wanted,
     prices: &Prices,
 ) -> Result<Vec<ByParameter>, GradientFailure> {
-    Ok(sweep(from, wanted, prices)?.gradient.parameters)
+    Ok(sweep(from, wanted, (prices, false))?.0.parameters)
 }
 
-/// A gradient with what it was found from.
-struct Swept {
-    gradient: ModelGradient,
-    model: Arc<Model>, // with loads as they grow
-    wanted: Wanted,
-    begin: Begin,
-    starts: start::StartDerivatives,
-    changes: Vec<StartTangent>,
-}
-
-/// One run forward and one backward.
+/// One run forward and one backward, for a gradient that is shown with each of its terms or not,
+/// and by how much derivatives swell.
 fn sweep(
     (text, overrides, from): (&ModelText, &[Override], &Model),
     wanted: &Wanted,
-    prices: &Prices,
-) -> Result<Swept, GradientFailure> {
+    (prices, is_shown): (&Prices, bool),
+) -> Result<(ModelGradient, f64), GradientFailure> {
     let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
     let own = prepared.model.clone();
     let model = &*own;
@@ -370,6 +372,10 @@ fn sweep(
     };
     prepared.depend((&wanted.of, prices), &tangents)?;
     let begin = Begin::new(&mut prepared)?;
+    let mut terms = match is_shown {
+        true => Terms::new(&mut prepared, &wanted)?,
+        false => Terms::default(),
+    };
     let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
@@ -385,6 +391,11 @@ fn sweep(
         true => of.coordinates_with(&given)?,
         false => Vec::new(),
     };
+    let controls = if wanted.controls { &model.controls[..] } else { &[] };
+    let is_empty = tangents.is_empty() && coordinates.is_empty() && controls.is_empty();
+    if is_shown && is_empty && !wanted.step {
+        return Err(of_nothing(&wanted).into());
+    }
     let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
     let starts = match wanted.initial {
         true => start::derivatives(mechanism, &begin.mass, begin.rows(), begin.at(), &plain, &[])
@@ -402,7 +413,9 @@ fn sweep(
         checkpoints: Checkpoints::default(),
     };
     let run = prepared.simulation.integrator();
-    let found = Gradient::of(run, &task).map_err(GradientFailure::Run)?;
+    let acting = &prepared.controls;
+    let mut watch = |passing: Passing<'_>| terms.see(passing, acting);
+    let found = Gradient::watched(run, &task, &mut watch).map_err(GradientFailure::Run)?;
     let run = &*run;
     let along = |own: &StartTangent, parameter: Option<&ModelTangent>| {
         found.initial.along(&begin.tangent(run, own, parameter))
@@ -432,7 +445,6 @@ fn sweep(
         }
         ByControl { name: own.name.clone(), derivatives }
     };
-    let controls = if wanted.controls { &model.controls[..] } else { &[] };
     let equilibrium = prepared.outside.still.as_ref();
     let equilibrium = equilibrium.map(|own| Equilibrium { t: begin.t, unstable: own.unstable });
     let gradient = ModelGradient {
@@ -440,12 +452,12 @@ fn sweep(
         steps: prepared.steps,
         step,
         value: found.value + prepared.costs.rates(&prepared.controls, step),
-        terms: Vec::new(),
+        terms: terms.values(run.state(), &prepared.controls),
         parameters: tangents.iter().enumerate().map(by_parameter).collect(),
         initial: coordinates.iter().enumerate().map(by_start).collect(),
         controls: controls.iter().enumerate().map(by_control).collect(),
         by_step: found.step.map(|by| by + prepared.costs.rates_by_step(&prepared.controls, step)),
-        growth: 1.0,
+        growth: None,
         meaningless_from: None,
         equilibrium,
         checks: Vec::new(),
@@ -460,7 +472,34 @@ fn sweep(
     if prepared.system.mechanism.velocity_rows().next().is_some() {
         stay_redundant(model, &wanted, (&begin, &changes), &tangents)?;
     }
-    Ok(Swept { gradient, model: own, wanted, begin, starts, changes })
+    Ok((gradient, found.swelling))
+}
+
+/// The refusal of derivatives by what a model does not have.
+fn of_nothing(wanted: &Wanted) -> ModelError {
+    let kinds = [
+        (wanted.parameters, "parameters", "state numbers under [parameters] and read them"),
+        (wanted.controls, "controls", "add a [[control]]"),
+        (wanted.initial, "initial values", "leave a joint free to move"),
+    ];
+    let asked = kinds.iter().filter(|own| own.0);
+    let names: Vec<&str> = asked.clone().map(|own| own.1).collect();
+    let help: Vec<&str> = asked.map(|own| own.2).collect();
+    let what = format!("derivatives by {}, of which there are none", names.join(" and "));
+    let key = if wanted.controls && !wanted.parameters { "control" } else { "parameters" };
+    refused(key, what, help.join(", or "))
+}
+
+/// What a tolerance of Newton's method leaves out of derivatives, in words; `None` without one.
+#[must_use]
+pub fn inexact(model: &Model) -> Option<String> {
+    let tolerance = model.settings.newton_tolerance;
+    (tolerance > 0.0).then(|| {
+        format!(
+            "simulation.newton_tolerance = {tolerance:e}: steps are solved to that, and derivatives are those of steps \
+             that are solved exactly; leave it out"
+        )
+    })
 }
 
 /// Independent coordinates of joints at the start of a model, as derivatives are by them: joint,
@@ -530,13 +569,13 @@ fn name_of(mechanism: &vi_multibody::Mechanism, (joint, _, coordinate): &TreeCoo
     }
 }
 
-/// The values of the terms along one run.
+/// The values of the terms where the run of the gradient does not show them.
 fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), GradientFailure> {
-    let chosen = |name: &String| wanted.of.is_empty() || wanted.of.contains(name);
-    let names: Vec<&String> =
-        model.objectives.iter().map(|own| &own.name).filter(|name| chosen(name)).collect();
+    let names = growth::terms_of(model, wanted);
     if let [name] = names[..] {
         out.terms = vec![TermValue { name: name.clone(), value: out.value }];
+    }
+    if !out.terms.is_empty() {
         return Ok(());
     }
     let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
@@ -598,34 +637,5 @@ fn stay_redundant(
         let with = Beside { controls: &prepared.controls, design: Some(&design), objective };
         beside.advance(run, with).map_err(GradientFailure::Run)?;
     }
-    Ok(())
-}
-
-/// How a change of the start grows.
-fn grow(
-    model: &Model,
-    wanted: &Wanted,
-    (begin, starts, changes): (&Begin, &start::StartDerivatives, &[StartTangent]),
-    out: &mut ModelGradient,
-) -> Result<(), GradientFailure> {
-    if out.equilibrium.is_some() {
-        return Ok(());
-    }
-    let all = starts.coordinates.iter().chain(changes);
-    let Some(first) = all.into_iter().find(|own| own.q.iter().any(|x| *x != 0.0)) else {
-        return Ok(());
-    };
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
-    let run = prepared.simulation.integrator();
-    let directions = vec![Direction::from(begin.tangent(run, first, None))];
-    let mut beside =
-        Sensitivities::new(run, model.settings.step, directions).map_err(GradientFailure::Run)?;
-    for _ in 0..prepared.steps {
-        let objective = &Objective::new(); // growth alone counts
-        let with = Beside { controls: &prepared.controls, design: None, objective };
-        beside.advance(run, with).map_err(GradientFailure::Run)?;
-    }
-    let growth = beside.growth()[0];
-    (out.growth, out.meaningless_from) = (growth.largest, growth.meaningless_from);
     Ok(())
 }

@@ -5,7 +5,9 @@ use crate::shown::configuration::{Measured, Sensed};
 use crate::shown::counted::Counted;
 use crate::shown::{Shown, forces};
 use crate::system::System;
-use holonom_model::{CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind, Sensor};
+use holonom_model::{
+    CountedAt, Model, ModelError, Objective as Stated, ObjectiveKind, Sensor, nearest,
+};
 use std::collections::BTreeMap;
 use vi_control::controls::Controls;
 use vi_control::identification::Reading;
@@ -35,6 +37,31 @@ pub(crate) fn with_sensors(model: &Model, of: &[String]) -> Model {
         }
     }
     model
+}
+
+/// Refuses names that are those of no objective; numbers of sensors are objectives by now.
+///
+/// # Errors
+/// [`ModelError`], with names that are near.
+pub(crate) fn known(model: &Model, of: &[String]) -> Result<(), ModelError> {
+    let is_known = |name: &String| model.objectives.iter().any(|own| own.name == *name);
+    let Some(unknown) = of.iter().find(|name| !is_known(name)) else { return Ok(()) };
+    let objectives = model.objectives.iter().map(|own| &*own.name);
+    let names: Vec<&str> = objectives.chain(model.sensors.iter().map(|own| &*own.name)).collect();
+    let (own, part) = unknown.split_once('.').map_or((&**unknown, None), |(a, b)| (a, Some(b)));
+    let near = nearest(unknown, names.iter().copied());
+    let near = near.or_else(|| nearest(own, names.iter().copied()));
+    let help = match near {
+        Some(near) => {
+            let is_sensor = model.sensors.iter().any(|own| own.name == near);
+            let part = part.filter(|_| is_sensor).map_or(String::new(), |part| format!(".{part}"));
+            format!("did you mean `{near}{part}`?")
+        }
+        None if names.is_empty() => "add an [[objective]] or a [[sensor]]".to_owned(),
+        None => format!("there are: {}", names.join(", ")),
+    };
+    let what = format!("an objective or a sensor `{unknown}`, which the model does not have");
+    Err(refused("objective", what, help))
 }
 
 /// Objectives that are conditions of an optimum, with their multipliers [2.67].
@@ -102,13 +129,7 @@ impl Costs {
         (of, prices): (&[String], &Prices),
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        if let Some(unknown) =
-            of.iter().find(|name| !model.objectives.iter().any(|own| own.name == **name))
-        {
-            let known: Vec<&str> = model.objectives.iter().map(|own| own.name.as_str()).collect();
-            let what = format!("an objective `{unknown}`, which the model does not have");
-            return Err(refused("objective", what, format!("there are: {}", known.join(", "))));
-        }
+        known(model, of)?;
         let mut costs = Self { sum: Objective::new(), of_rates: Vec::new() };
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {

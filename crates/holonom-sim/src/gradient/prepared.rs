@@ -15,6 +15,7 @@ use crate::system::outside::{JointStart, Outside};
 use crate::system::works::ForceWork;
 use crate::system::{self, System};
 use holonom_model::{Control, Model, ModelError, Scheme, SensorKind};
+use std::borrow::Borrow;
 use std::sync::Arc;
 use vi_constraints::linearization::Tangent;
 use vi_constraints::saddle_point::IndependentRows;
@@ -175,19 +176,18 @@ impl StepCosts {
     /// What a node costs by its multipliers and, at the ends of the run, by its acceleration.
     fn add_node(
         &self,
-        values: &mut [f64],
-        costs: &[&Costs],
+        all: &mut [Along<&Costs>],
         (run, controls): (&mut MechanismIntegrator, &Controls),
         step: usize,
     ) -> Result<(), GradientFailure> {
         let (is_first, is_last) = (step == 0, step == self.steps);
         let weight = if is_first || is_last { 0.5 * self.h } else { self.h };
         let at = Place { weight, is_last };
-        if costs.iter().any(|own| own.sum.counts_steps()) {
+        if all.iter().any(|along| along.own.sum.counts_steps()) {
             controls.set(step);
         }
         let mut found = NodeForces::default();
-        if !is_first && costs.iter().any(|own| own.sum.counts_forces()) {
+        if !is_first && all.iter().any(|along| along.own.sum.counts_forces()) {
             let beside = Sensitivities::new(run, self.h, Vec::new());
             let mut beside = beside.map_err(GradientFailure::Run)?;
             beside.begin_at(step);
@@ -197,7 +197,7 @@ impl StepCosts {
         let a = self.before.as_ref().filter(|_| !is_last && !found.next.dq.is_empty());
         let a = a.map(|before| before.acceleration(&found.next, self.h).dq);
         let state = run.state();
-        for (value, own) in values.iter_mut().zip(costs) {
+        for Along { own, value, .. } in all {
             let which = if is_first { Which::All } else { Which::OfAccelerations };
             if is_first || is_last {
                 *value += own.sum.steps().of(which, (state, Known::STATE), at);
@@ -211,17 +211,53 @@ impl StepCosts {
     }
 
     /// What the node costs by its acceleration where a step of `dq` began.
-    fn add_step(&mut self, values: &mut [f64], costs: &[&Costs], node: &State, dq: Vec<f64>) {
+    fn add_step(&mut self, all: &mut [Along<&Costs>], node: &State, dq: Vec<f64>) {
         let next = Increment { dq, ..Increment::default() };
         if let Some(before) = &self.before {
             let a = before.acceleration(&next, self.h).dq;
             let at = Place { weight: self.h, is_last: false };
-            for (value, own) in values.iter_mut().zip(costs) {
+            for Along { own, value, .. } in all {
                 let known = Known { a: Some(&a), ..Known::STATE };
                 *value += own.sum.steps().of(Which::OfAccelerations, (node, known), at);
             }
         }
         self.before = Some(next);
+    }
+}
+
+/// A cost that is counted along a run, but for what its steps cost by multipliers and
+/// accelerations.
+pub(super) struct Along<C> {
+    own: C,
+    node: NodeCost,
+    value: f64,
+}
+
+impl<C: Borrow<Costs>> Along<C> {
+    /// From the start of a run on, whose first controls act.
+    pub(super) fn begin(own: C, start: &State) -> Self {
+        let sum = &own.borrow().sum;
+        sum.follow(start, Seen::First);
+        let node = NodeCost::of(sum, start);
+        Self { own, node, value: 0.0 }
+    }
+
+    /// A (sub-)step with its controls.
+    pub(super) fn add_step(&mut self, s: &Interval, w: &[f64]) {
+        self.value += self.own.borrow().sum.of_step(s, w);
+    }
+
+    /// The node where a macro step ends; the controls of the step from there act.
+    pub(super) fn reach(&mut self, node: &State) {
+        let sum = &self.own.borrow().sum;
+        sum.follow(node, Seen::Next);
+        self.value += self.node.step_to(sum, node);
+    }
+
+    /// Its value at the end.
+    pub(super) fn end(&mut self, end: &State, controls: &Controls, h: f64) -> f64 {
+        let own = self.own.borrow();
+        self.value + (own.sum.of_end(end) + own.rates(controls, h))
     }
 }
 
@@ -233,44 +269,32 @@ fn values_along(
 ) -> Result<Vec<f64>, GradientFailure> {
     let h = simulation.settings.step;
     let run = simulation.integrator();
-    let mut values = vec![0.0; costs.len()];
-    costs.iter().for_each(|own| own.sum.follow(run.state(), Seen::First));
     controls.set(0);
-    let begin = costs.iter().map(|own| NodeCost::of(&own.sum, run.state()));
-    let mut nodes: Vec<NodeCost> = begin.collect();
+    let mut all: Vec<_> = costs.iter().map(|own| Along::begin(*own, run.state())).collect();
     let accelerate = costs.iter().any(|own| own.sum.counts_accelerations());
     let mut beside = StepCosts { before: None, steps, h };
     for step in 0..steps {
-        beside.add_node(&mut values, costs, (run, controls), step)?;
+        beside.add_node(&mut all, (run, controls), step)?;
         controls.set(step);
         let w = controls.at(step);
         let (node, mut dq) = (accelerate.then(|| run.state().clone()), Vec::new());
-        let mut count = |s: &Interval| {
-            for (value, own) in values.iter_mut().zip(costs) {
-                *value += own.sum.of_step(s, w);
-            }
+        let taken = run.step_with(&mut |_, _, taken| {
+            all.iter_mut().for_each(|own| own.add_step(taken.s, w));
             if accelerate {
-                dq.clone_from(&s.dq);
+                dq.clone_from(&taken.s.dq);
             }
-        };
-        let taken = run.step_with(&mut |_, _, taken| count(taken.s));
+        });
         taken
             .map_err(|error| GradientFailure::Run(GradientError::Step { step: step + 1, error }))?;
         if let Some(node) = node {
-            beside.add_step(&mut values, costs, &node, dq);
+            beside.add_step(&mut all, &node, dq);
         }
         controls.set(step + 1); // those of the step from a node act there
-        for ((value, own), nodes) in values.iter_mut().zip(costs).zip(&mut nodes) {
-            own.sum.follow(run.state(), Seen::Next);
-            *value += nodes.step_to(&own.sum, run.state());
-        }
+        all.iter_mut().for_each(|own| own.reach(run.state()));
     }
-    beside.add_node(&mut values, costs, (run, controls), steps)?;
+    beside.add_node(&mut all, (run, controls), steps)?;
     let state = run.state();
-    for (value, own) in values.iter_mut().zip(costs) {
-        *value += own.sum.of_end(state) + own.rates(controls, h);
-    }
-    Ok(values)
+    Ok(all.iter_mut().map(|own| own.end(state, controls, h)).collect())
 }
 
 /// The joint coordinates that sensors show, or along which they show efforts, with their

@@ -24,6 +24,7 @@ pub use data::{DataError, MeasuredColumn};
 pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
+use crate::gradient::growth::growth;
 use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, Read, SensorRead, StatedStart};
 use crate::shown::reading;
 use crate::system::outside::Outside;
@@ -35,6 +36,7 @@ use segments::{Segments, Whole};
 use std::fmt::Write;
 use vi_control::identification::{MotionResiduals, Series};
 use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Residuals};
+use vi_control::sensitivities::Growth;
 
 /// Sizes of initial coordinates and rates below this count as 1.
 const SMALL: f64 = 1e-6;
@@ -195,6 +197,23 @@ impl<'m> Prepared<'m> {
         Ok(Self { trials, parameters, residuals })
     }
 
+    /// How much a change of the start grows up to the last value; at the estimate, or where the
+    /// method started if that is more.
+    fn growth(&self, theta: &[f64]) -> Result<Growth, ModelError> {
+        let series = self.residuals.series().iter();
+        let last = series.filter_map(|own| own.steps.last()).copied().fold(0.0, f64::max);
+        let start: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
+        let mut most = Growth::NONE;
+        for theta in [theta, &start] {
+            let (model, outside) = (self.trials.model(theta)?, self.trials.outside(theta));
+            let own = growth(&model, (&outside, &[]), last.ceil() as usize)?;
+            if own.largest > most.largest {
+                most = own;
+            }
+        }
+        Ok(most)
+    }
+
     /// What segments are of.
     fn whole<'a>(&'a self, model: &'a Model) -> Whole<'a, 'm> {
         let Self { trials, parameters, residuals } = self;
@@ -238,9 +257,13 @@ pub fn identify(
         false => refusal(error),
     })?;
     let (runs, interrupted) = (residuals.runs, residuals.stopped || stopped);
-    let Prepared { trials, parameters, residuals, .. } = prepared;
+    let growth = match interrupted {
+        true => Growth::NONE, // to end soon
+        false => prepared.growth(&fit.parameters)?,
+    };
+    let Prepared { trials, parameters, .. } = prepared;
     let ended = (&fit, interrupted, runs);
-    let (estimate, rows) = report::of(model, &parameters, data, ended, residuals.growth());
+    let (estimate, rows) = report::of(model, &parameters, data, ended, growth);
     let model = trials.model(&fit.parameters)?;
     let start = trials.outside(&fit.parameters);
     Ok(Found { estimate, rows, model, start, interrupted })

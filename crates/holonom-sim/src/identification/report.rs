@@ -13,6 +13,12 @@ const UNLIKELY: f64 = 0.001;
 /// Part of a standard deviation that residuals of noise have at least.
 const SMALL: f64 = 0.01;
 
+/// Growth of a change beyond which a poor estimate may be one of many minima.
+const SPREADS: f64 = 1e3;
+
+/// Of a poor estimate: the sum of squares per degree of freedom.
+const POOR: f64 = 4.0;
+
 /// Parts of a combination below this are left out of words.
 const PART: f64 = 1e-3;
 
@@ -105,7 +111,7 @@ pub struct Identified {
     pub hardly_seen: Vec<Combination>,
     /// Column by column.
     pub columns: Vec<FitOf>,
-    /// The largest growth of a change along the motion.
+    /// The largest growth of a change of the start along the motion.
     pub growth: f64,
     /// From which time on derivatives say nothing of the mechanism, s.
     pub meaningless_from: Option<f64>,
@@ -150,6 +156,28 @@ impl Identified {
         self.outcome == "converged" && self.unseen.is_empty()
     }
 
+    /// That the motion spreads so much that residuals have many minima.
+    fn growth_of_changes(&self) -> Option<String> {
+        let is_met = self.outcome == "converged" && self.chi_square_per_freedom < POOR;
+        let grown = match self.meaningless_from {
+            Some(t) => {
+                format!(
+                    "from t = {} s on a change of the motion has grown by more than 1e6",
+                    rounded(t, 6)
+                )
+            }
+            None if self.growth > SPREADS && !is_met => {
+                format!("a change of the motion grows by {} over the data", rounded(self.growth, 2))
+            }
+            None => return None,
+        };
+        let remedy = match self.segments {
+            1 => "write `segments` under [identify], or leave later values out",
+            _ => "take more segments, and see whether the estimate stays",
+        };
+        Some(format!("{grown}: residuals have many minima; {remedy}"))
+    }
+
     /// What the reader of the estimate has to know, in words.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -189,17 +217,7 @@ impl Identified {
                 own.column
             ));
         }
-        if let Some(t) = self.meaningless_from {
-            all.push(format!(
-                "from t = {} s on a change of an unknown number has grown by more than 1e6: residuals have many minima; \
-                 {}",
-                rounded(t, 6),
-                match self.segments {
-                    1 => "write `segments` under [identify], or leave later values out",
-                    _ => "take more segments, and see whether the estimate stays",
-                }
-            ));
-        }
+        all.extend(self.growth_of_changes());
         all
     }
 }
@@ -210,7 +228,7 @@ pub(super) fn of(
     parameters: &[Parameter],
     data: &[MeasuredColumn],
     (fit, interrupted, runs): (&Estimate, bool, usize),
-    growth: &[Growth],
+    growth: Growth,
 ) -> (Identified, Vec<MeasuredRow>) {
     let errors = fit.standard_errors();
     let number = |(j, own): (usize, &Parameter)| {
@@ -253,7 +271,6 @@ pub(super) fn of(
     };
     let one = |own: &Unseen| Combination::of(own, parameters, &fit.parameters);
     let combinations = |all: &[Unseen]| all.iter().map(one).collect();
-    let times = growth.iter().filter_map(|own| own.meaningless_from);
     let found = Identified {
         model: model.header.name.clone(),
         outcome,
@@ -270,8 +287,8 @@ pub(super) fn of(
         unseen: combinations(&fit.unseen),
         hardly_seen: combinations(&fit.hardly_seen),
         columns,
-        growth: growth.iter().map(|own| own.largest).fold(1.0, f64::max),
-        meaningless_from: times.min_by(f64::total_cmp),
+        growth: growth.largest,
+        meaningless_from: growth.meaningless_from,
     };
     (found, rows)
 }

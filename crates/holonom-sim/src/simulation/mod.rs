@@ -523,6 +523,20 @@ fn options(kind: SchemeKind, settings: &Settings) -> Options {
     options
 }
 
+/// The integrator of a variational scheme.
+pub(crate) fn variational(
+    (mechanism, dynamics): (Mechanism, &Dynamics),
+    model: &Model,
+    (kind, at, solver): (SchemeKind, InitialValues<'_>, Solver),
+) -> Result<MechanismIntegrator, ModelError> {
+    let settings = &model.settings;
+    let system = dynamics.variational(&mechanism);
+    let run = integrator(mechanism, system, options(kind, settings), solver, at);
+    let contacts = dynamics.forces.contacts.clone();
+    let run = run.and_then(|run| with_contacts(run, kind, contacts, nonsmooth_options(settings)));
+    run.map_err(|error| assembly::refusal(&error, model))
+}
+
 /// The scheme of the settings, ready to step.
 pub(crate) fn stepper(
     mechanism: Mechanism,
@@ -535,14 +549,7 @@ pub(crate) fn stepper(
     let settings = &model.settings;
     match settings.scheme.family() {
         Family::Variational(kind) => {
-            let options = options(kind, settings);
-            let system = dynamics.variational(&mechanism);
-            let run = integrator(mechanism, system, options, solver, at)
-                .and_then(|run| {
-                    let contacts = dynamics.forces.contacts.clone();
-                    with_contacts(run, kind, contacts, nonsmooth_options(settings))
-                })
-                .map_err(|error| assembly::refusal(&error, model))?;
+            let run = variational((mechanism, dynamics), model, (kind, at, solver))?;
             Ok(AnyStepper::variational(run, settings, wanted))
         }
         Family::EnergyMomentum(_) if model.dissipates_algorithmically() => {
