@@ -500,25 +500,44 @@ impl Program {
     #[must_use]
     pub fn jumps(&self) -> Vec<&'static str> {
         let mut found = Vec::new();
-        for k in 0..self.operations.len() {
+        for (k, name, x) in self.jumping() {
+            // in time they belong on step boundaries, as those of a history
+            let in_time = matches!(self.operations[k], Operation::Curve(..)) && self.is_time(x);
+            if !in_time && !found.contains(&name) {
+                found.push(name);
+            }
+        }
+        found
+    }
+
+    /// The first part that jumps as of [`Program::jumps`] where inputs move; `moves`: which ones
+    /// do.
+    #[must_use]
+    pub fn jumps_moved(&self, moves: impl Fn(usize) -> bool) -> Option<&str> {
+        let mut changes: Vec<bool> = Vec::with_capacity(self.operations.len());
+        for (k, operation) in self.operations.iter().enumerate() {
+            let own = matches!(*operation, Operation::Input(input) if moves(input));
+            changes.push(own || self.operands(k).any(|x| changes[x]));
+        }
+        let found = self.jumping().find(|(_, _, x)| changes[*x]);
+        found.map(|(k, ..)| self.part(k))
+    }
+
+    /// The parts that jump: the operation, its name, and on what it switches.
+    fn jumping(&self) -> impl Iterator<Item = (usize, &'static str, usize)> {
+        (0..self.operations.len()).filter_map(|k| {
             let (name, switch) = match self.operations[k] {
                 Operation::Unary(Unary::Floor, x) => ("floor", x),
                 Operation::Unary(Unary::Sign, x) => ("sign", x),
                 Operation::Select([c, a, b]) if self.operations[a] != self.operations[b] => {
                     ("select", c)
                 }
-                // in time they belong on step boundaries, as those of a history
-                Operation::Curve(curve, x) if self.curves[curve].jumps() && !self.is_time(x) => {
-                    ("a table", x)
-                }
-                _ => continue,
+                Operation::Curve(curve, x) if self.curves[curve].jumps() => ("a table", x),
+                _ => return None,
             };
             let everywhere = name == "floor" || name == "a table";
-            if !found.contains(&name) && (everywhere || !self.vanishes(k, switch)) {
-                found.push(name);
-            }
-        }
-        found
+            (everywhere || !self.vanishes(k, switch)).then_some((k, name, switch))
+        })
     }
 
     fn is_time(&self, k: usize) -> bool {

@@ -280,6 +280,21 @@ fn functions_that_jump_are_named_unless_they_vanish_where_they_jump() {
 }
 
 #[test]
+fn jumps_count_where_what_they_are_taken_of_moves() {
+    for (text, of_x, of_y) in [
+        ("x + 0.1*floor(30*y)", None, Some("floor(30*y)")),
+        ("floor(3*1.3)*x", None, None),
+        ("select(x - y, x, 2*y)", Some("select(x - y, x, 2*y)"), Some("select(x - y, x, 2*y)")),
+        ("sign(x)*x + sign(y)", None, Some("sign(y)")),
+        ("abs(x) + min(x, y) + clamp(y, 0, 1)", None, None),
+    ] {
+        let own = program(text);
+        let found = [0, 1].map(|input| own.jumps_moved(|k| k == input));
+        assert_eq!(found, [of_x, of_y], "{text}");
+    }
+}
+
+#[test]
 fn equal_parts_are_computed_once() {
     let own = program("sin(x*y)^2 + cos(x*y)^2 + 0*sin(x*y)");
     assert_eq!(own.operations.len(), 11, "{:?}", own.operations);

@@ -6,7 +6,7 @@
 //! `e_θ` is an expression of its own, of what `e` reads.
 
 use super::configuration::Sensed;
-use super::{Shown, signal};
+use super::{Shown, jumps, signal};
 use crate::design::{ModelTangent, refused};
 use crate::system::System;
 use holonom_model::expression::Program;
@@ -154,6 +154,10 @@ impl Expressed {
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
         let model = of_run.0;
+        if let Some(part) = own.program.jumps_moved(|input| input > 0) {
+            let key = format!("sensor.{}.value", sensor.name);
+            return Err(jumps(&key, part, &format!("the sensor `{}`", sensor.name)));
+        }
         let own = evaluated(of_run, system, key, own, tangents)?;
         let mut by = Vec::new();
         for tangent in tangents {

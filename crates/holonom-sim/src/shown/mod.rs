@@ -225,3 +225,11 @@ pub(crate) fn no_derivative(key: &str, sensor: &Sensor) -> ModelError {
     };
     refused(key, what, help)
 }
+
+/// The refusal of a part that jumps where the motion leads.
+fn jumps(key: &str, part: &str, of: &str) -> ModelError {
+    let what = format!("the derivative of {of}: `{part}` jumps where what it reads moves");
+    let help = "count something without it: smooth(x, a, b) changes from 0 to 1 without a jump, \
+                abs, min, max and clamp have kinks alone";
+    refused(key, what, help)
+}

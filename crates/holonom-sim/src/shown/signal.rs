@@ -100,6 +100,9 @@ pub(super) fn of_signal(
         let what = format!("the derivative of a sensor that reads `{name}`, which events change");
         refused(key, what, "write what it stands for")
     })?;
+    if let Some((owner, part)) = gauge.jump(source) {
+        return Err(super::jumps(key, &part, &owner));
+    }
     let (inputs, _) = gauge.reads();
     let moves =
         |own: &&ModelTangent| MovedCoordinate::moves_any(&system.mechanism, &own.numbers, inputs);

@@ -22,6 +22,17 @@ pub(crate) enum Source {
     Term(usize),
 }
 
+impl Source {
+    /// Whether it changes with the motion, by which terms do.
+    fn moves(self, terms: &[bool]) -> bool {
+        match self {
+            Self::Input(input) => input > 0, // the first is the time
+            Self::State(_) => true,
+            Self::Term(k) => terms[k],
+        }
+    }
+}
+
 /// An expression of inputs, states and earlier terms.
 #[derive(Clone, Debug)]
 pub(crate) struct Term {
@@ -95,6 +106,26 @@ impl Network {
             self.evaluate_term(k, y, z, work);
         }
         taken(source, y, z, &work.values)
+    }
+
+    /// The first expression in `source` that jumps where what it reads moves, beside the time, the
+    /// first input: whose it is, and the part.
+    pub(crate) fn jump(&self, source: Source) -> Option<(&str, &str)> {
+        let Source::Term(last) = source else { return None };
+        let (mut moves, mut read) = (Vec::with_capacity(last + 1), vec![false; last + 1]);
+        for term in &self.terms[..=last] {
+            moves.push(term.reads().any(|own| own.moves(&moves)));
+        }
+        read[last] = true;
+        for k in (0..=last).rev() {
+            let own = self.terms[k].reads().filter(|_| read[k]);
+            let of = own.filter_map(|own| if let Source::Term(k) = own { Some(k) } else { None });
+            of.collect::<Vec<_>>().into_iter().for_each(|k| read[k] = true);
+        }
+        (0..=last).filter(|k| read[*k] && !self.terms[*k].is_own).find_map(|k| {
+            let Term { owner, program, from, .. } = &self.terms[k];
+            Some((&**owner, program.jumps_moved(|input| from[input].0.moves(&moves))?))
+        })
     }
 
     /// The slopes of `source` by `(y, z)`.

@@ -65,6 +65,12 @@ impl SignalGauge {
         found.map(|own| own.source).or_else(|| state().map(|(_, source)| *source))
     }
 
+    /// What jumps in it where the motion leads: whose expression, and the part.
+    pub(crate) fn jump(&self, source: Source) -> Option<(String, String)> {
+        let (owner, part) = self.own.network.jump(source)?;
+        Some((owner.to_owned(), part.to_owned()))
+    }
+
     /// The value of a number at a node as [`SignalGauge::read`] finds it.
     pub(crate) fn value(&self, source: Source, at: Motion<'_>) -> f64 {
         let (reading, mut value) = (&self.states.reading, f64::NAN);
