@@ -2,6 +2,7 @@
 //! verb reads: answered at once, with a remedy.
 
 use std::fs;
+use std::io::Write;
 use std::os::unix::fs::symlink;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
@@ -193,4 +194,74 @@ fn a_line_is_standard_input() {
         child.stdin(fs::File::open(folder.join("pendulum.toml")).unwrap()).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.code() == Some(0) && said.contains("valid"), "{said}");
+}
+
+/// Exit code and words of a program that reads a text from a pipe.
+fn piped(folder: &Path, arguments: &[&str], text: &str) -> (Option<i32>, String) {
+    let mut command = command(folder, arguments);
+    let child = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+    let mut child = child.unwrap();
+    child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+/// A pipe can be read once, and a verb may need its model more than once.
+#[test]
+fn every_verb_takes_its_model_from_a_pipe() {
+    let folder = pendulum_folder("special_files", "pipe");
+    let plain = fs::read_to_string(folder.join("pendulum.toml")).unwrap();
+    let arm = r#"
+model = { name = "arm", gravity = [0.0, 0.0, -9.81] }
+simulation = { step = 0.02, end = 0.4 }
+parameters = { mass = 1.2, damping = 0.3 }
+[[body]]
+name = "rod"
+mass = "= mass"
+inertia = [0.01, 0.1, 0.1]
+position = [0.5, 0.0, 0.0]
+[[joint]]
+name = "hinge"
+type = "revolute"
+parent = "ground"
+child = "rod"
+position = [0.0, 0.0, 0.0]
+axis = [0.0, 1.0, 0.0]
+damper = { damping = "= damping" }
+[[sensor]]
+name = "angle"
+type = "joint_coordinate"
+of = "hinge"
+"#;
+    let design = format!(
+        "{arm}[[objective]]\nname = \"met\"\ntype = \"sensor\"\nsensor = \"angle\"\ntarget = 0.7\n\
+         [optimize]\nparameters = {{ damping = {{ min = 0.0, max = 2.0 }} }}\n"
+    );
+    let fit = format!(
+        "{arm}[[measurement]]\nsensor = \"angle\"\nsigma = 0.01\n\
+         [identify]\nparameters = {{ damping = {{ start = 0.1 }} }}\n"
+    );
+    let data = "t,angle\n0.1,0.07\n0.2,0.28\n0.3,0.59\n0.4,0.95\n";
+    fs::write(folder.join("data.csv"), data).unwrap();
+    let all: [(&[&str], &str); 10] = [
+        (&["run", "-", "-q", "-o", "r"], &plain),
+        (&["check", "-"], &plain),
+        (&["gradient", "-", "--of", "angle"], arm),
+        (&["gradient", "-", "--of", "angle", "--check"], arm),
+        (&["optimize", "-", "-q", "-o", "o"], &design),
+        (&["identify", "-", "data.csv", "-q", "-o", "i"], &fit),
+        (&["modes", "-"], arm),
+        (&["compare", "-", "-q", "-o", "c", "--end", "0.1"], &plain),
+        (&["verify", "-"], &plain),
+        (&["bench", "-"], &plain),
+    ];
+    for (arguments, text) in all {
+        let (code, said) = piped(&folder, arguments, text);
+        assert_eq!(code, Some(0), "{arguments:?}: {said}");
+    }
+    // also where the model is refused after it was read
+    for arguments in [&["modes", "-", "-o", "m"][..], &["gradient", "-", "--of", "nothing"]] {
+        let (_, said) = piped(&folder, arguments, &arm.replace("mass = \"= mass\"", "mass = -1.0"));
+        assert!(said.contains("mass") && !said.contains("[model] is missing"), "{said}");
+    }
 }

@@ -41,8 +41,8 @@ pub(crate) enum Failure {
     #[error("{0}")]
     Property(String),
     /// Code 1: unknown numbers were not found.
-    #[error("{0}")]
-    Estimate(String),
+    #[error("{message}")]
+    Estimate { message: String, warned: bool },
     /// Code 128 and the number of the signal: the last iterate is kept, if there is one.
     #[error("the method was interrupted")]
     FitInterrupted { signal: u8, file: PathBuf },
@@ -154,8 +154,12 @@ impl Failure {
                 say(message, "see the remarks above and in the certificate");
                 1
             }
-            Self::Estimate(message) => {
-                say(message, "see the warnings above; all files are written");
+            Self::Estimate { message, warned } => {
+                let help = match warned {
+                    true => "see the warnings above; all files are written",
+                    false => "without -q warnings say what is wrong; all files are written",
+                };
+                say(message, help);
                 1
             }
             Self::FitInterrupted { signal, file } => {

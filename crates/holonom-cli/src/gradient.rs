@@ -3,13 +3,12 @@
 use std::fmt::Write;
 
 use holonom::RunFolder;
-use holonom::gradient::{GradientFailure, ModelGradient, Wanted, gradient as find};
-use holonom::model::ModelText;
+use holonom::gradient::{GradientFailure, ModelGradient, Wanted, gradient as find, inexact};
 use holonom::report::rounded;
 
 use crate::arguments::{By, GradientArguments};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::{Input, text_of};
 use crate::{stderr, stdout};
 
 /// The file of a gradient.
@@ -34,7 +33,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         RunFolder::vacant(folder, &[FILE], arguments.force)?;
     }
     let overrides = arguments.model.set.clone();
-    let text = ModelText::read(&arguments.model.model);
+    let text = text_of(&arguments.model.model);
     let mut failed = None;
     let make = |model: &holonom::Model| {
         let found = find(&text, &overrides, model, &wanted).and_then(|mut found| {
@@ -53,8 +52,10 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         }
     };
     let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
-    let (_, found) = input.assemble_as(make)?;
+    let (model, found) = input.assemble_as(make)?;
     let Some(found) = found else { return Err(failure(failed)) };
+    warn_of_tolerance(&model);
+    missing(arguments, &found).for_each(|what| stderr::line(&format!("warning: {what}")));
     if let Some(warning) = found.warning() {
         stderr::line(&format!("warning: {warning}"));
     }
@@ -77,6 +78,26 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         )));
     }
     Ok(())
+}
+
+/// Says that derivatives are not those of the motion that the model asks for.
+pub(crate) fn warn_of_tolerance(model: &holonom::Model) {
+    if let Some(warning) = inexact(model) {
+        stderr::line(&format!("warning: {warning}"));
+    }
+}
+
+/// By what derivatives were asked for that the model does not have.
+fn missing(
+    arguments: &GradientArguments,
+    found: &ModelGradient,
+) -> impl Iterator<Item = &'static str> {
+    let kinds = [
+        (By::Parameters, found.parameters.is_empty(), "the model has no [parameters] that count"),
+        (By::Controls, found.controls.is_empty(), "the model has no [[control]]"),
+        (By::Initial, found.initial.is_empty(), "nothing in the model begins freely"),
+    ];
+    kinds.into_iter().filter(|(by, none, _)| *none && arguments.by.contains(by)).map(|own| own.2)
 }
 
 /// What there is instead of a gradient.
@@ -137,7 +158,11 @@ pub(crate) fn table(found: &ModelGradient) -> String {
     for own in &found.checks {
         let name = format!("{} {}", own.by, own.direction);
         let (derivative, difference) = (number(own.derivative), number(own.difference));
-        let _ = writeln!(text, "    {name:28} {derivative} {difference} {:>9.0e}", own.relative);
+        let apart = match own.resolved {
+            true => format!("{:>9.0e}", own.relative),
+            false => "not resolved".to_owned(),
+        };
+        let _ = writeln!(text, "    {name:28} {derivative} {difference} {apart}");
     }
     text
 }

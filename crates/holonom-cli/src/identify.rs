@@ -13,7 +13,8 @@ use holonom::{Model, RunFolder};
 
 use crate::arguments::IdentifyArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::gradient::warn_of_tolerance;
+use crate::input::{Input, text_of};
 use crate::reproduce::command;
 use crate::run::{conduct, keep_the_model, warn_of_assembly};
 use crate::signals::Signals;
@@ -43,7 +44,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let mut failed = None;
     RunFolder::vacant(&folder, &["summary.json", ESTIMATE, ROWS], arguments.force)?;
     let signals = Signals::watch();
-    let file = ModelText::read(model);
+    let file = text_of(model);
     let make = |model: &Model| match estimate(arguments, (&file, model), &text, &signals) {
         Ok(found) => {
             let simulation = Simulation::with_outside(&found.model, &found.start)?;
@@ -61,6 +62,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     };
     let Found { estimate, .. } = &found;
     if !talk.quiet {
+        warn_of_tolerance(&found.model);
         for warning in estimate.warnings() {
             stderr::line(&format!("warning: {warning}"));
         }
@@ -83,7 +85,10 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     })?;
     match found.estimate.is_sound() {
         true => Ok(()),
-        false => Err(Failure::Estimate(unsound(&found.estimate))),
+        false => {
+            let (message, warned) = (unsound(&found.estimate), !talk.quiet);
+            Err(Failure::Estimate { message, warned })
+        }
     }
 }
 

@@ -1,5 +1,9 @@
 //! Reading a model that the command line names.
 
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
 use holonom::experiment::Experiment;
 use holonom::model::ModelText;
 use holonom::run::prepare;
@@ -9,6 +13,17 @@ use crate::arguments::ModelArguments;
 use crate::diagnostic::InvalidModel;
 use crate::failure::Failure;
 use crate::{memory, stdout};
+
+/// The text of a model file. A stream, as standard input, can be read once: later calls return what
+/// was read of it.
+pub(crate) fn text_of(path: &Path) -> ModelText {
+    static STREAMS: Mutex<BTreeMap<PathBuf, ModelText>> = Mutex::new(BTreeMap::new());
+    if path.is_file() {
+        return ModelText::read(path);
+    }
+    let mut streams = STREAMS.lock().unwrap_or_else(PoisonError::into_inner);
+    streams.entry(path.to_owned()).or_insert_with(|| ModelText::read(path)).clone()
+}
 
 /// A model file, as far as it could be read.
 pub(crate) struct Input<'a> {
@@ -45,7 +60,7 @@ impl<'a> Input<'a> {
         self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(ModelText, Model, T), Failure> {
-        let text = ModelText::read(&self.arguments.model);
+        let text = text_of(&self.arguments.model);
         let model = text.model(&self.overrides);
         if let Ok(model) = &model {
             memory::check(model)?;
@@ -62,7 +77,7 @@ impl<'a> Input<'a> {
 
     /// A model that could be read and cannot be assembled.
     pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
-        let text = ModelText::read(&self.arguments.model);
+        let text = text_of(&self.arguments.model);
         self.invalid(text, error)
     }
 

@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::fmt::Write;
 use std::rc::Rc;
 
-use holonom::model::ModelText;
 use holonom::optimize::{
     Found, OptimizeFailure, OptimumReport, Progress, Status, Watch, optimize_by_own_method,
 };
@@ -14,7 +13,8 @@ use holonom::{Model, RunFolder};
 
 use crate::arguments::OptimizeArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::gradient::warn_of_tolerance;
+use crate::input::{Input, text_of};
 use crate::reproduce::command;
 use crate::run::keep_the_model;
 use crate::signals::Signals;
@@ -48,7 +48,7 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
         heard.caught().is_none()
     }));
     let overrides = arguments.model.set.clone();
-    let text = ModelText::read(path);
+    let text = text_of(path);
     let mut failed = None;
     let make = |model: &Model| match optimize_by_own_method(&text, &overrides, model, &watch) {
         Ok(found) => Ok(Some(found)),
@@ -62,6 +62,9 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     let (model, found) = input.assemble_as(make)?;
     bar.finish_and_clear();
     let Some(found) = found else { return Err(failure(failed)) };
+    if !talk.quiet {
+        warn_of_tolerance(&model);
+    }
     let (folder, files) = written((&model, &found), &place, arguments.force)?;
     if talk.json {
         stdout::json(&serde_json::to_value(&found.report).unwrap_or_default())?;

@@ -27,6 +27,7 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(gradient, module)?)?;
     module.add_function(wrap_pyfunction!(numbers, module)?)?;
     module.add_function(wrap_pyfunction!(initial, module)?)?;
+    module.add_function(wrap_pyfunction!(inexact, module)?)?;
     module.add_function(wrap_pyfunction!(identify, module)?)?;
     module.add_function(wrap_pyfunction!(optimize, module)?)
 }
@@ -78,6 +79,12 @@ fn numbers(py: Python<'_>, model: &Model, names: Vec<String>) -> PyResult<Vec<(S
 #[pyfunction]
 fn initial(py: Python<'_>, model: &Model) -> PyResult<Vec<(String, usize, f64, Option<f64>)>> {
     initial_values(&model.model).map_err(|error| model.refused(py, &error))
+}
+
+/// What a tolerance of Newton's method leaves out of derivatives, in words.
+#[pyfunction]
+fn inexact(model: &Model) -> Option<String> {
+    holonom::gradient::inexact(&model.model)
 }
 
 /// What `holonom identify` finds from the text of a file of data, and the values beside one

@@ -186,6 +186,7 @@ class Gradient:
         slope += [starts[joint]["rate"] for joint in self._rated]
         if self._steps:
             slope.append(found["by_step"])
+        _warn_of_tolerance(model)
         if found["meaningless_from"] is not None:
             t = found["meaningless_from"]
             words = f"from t = {t:.6g} s on derivatives say nothing of the mechanism; end the run earlier"
@@ -334,6 +335,7 @@ def identify(
     (found, text), rows = interruptible(
         lambda tell: _core.identify(whole._core, name, content, tell), progress
     )
+    _warn_of_tolerance(whole)
     return Identified(found, text, whole, rows)
 
 
@@ -421,13 +423,21 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
     >>> found = hn.optimize("clock.toml")  # doctest: +SKIP
     >>> found.parameters, found.optimal  # doctest: +SKIP
     """
-    whole = model_of(model)._core
-    (found, text), beside = interruptible(lambda tell: _core.optimize(whole, tell), progress)
+    whole = model_of(model)
+    (found, text), beside = interruptible(lambda tell: _core.optimize(whole._core, tell), progress)
+    _warn_of_tolerance(whole)
     optimum = Optimum(found, text, beside)
     if not optimum.optimal:
         missed = "; ".join([str(found["status"]).replace("_", " "), *found.get("missed", [])])
         warnings.warn(f"no optimum: {missed}", HolonomWarning, stacklevel=2)
     return optimum
+
+
+def _warn_of_tolerance(model: Model) -> None:
+    """Warns that derivatives are those of steps that are solved exactly, where steps are not."""
+    words = _core.inexact(model._core)
+    if words is not None:
+        warnings.warn(words, HolonomWarning, stacklevel=4)
 
 
 def _rows(rows: list[list[float]]) -> Array:
