@@ -616,7 +616,16 @@ impl GradientCase {
                 for scheme in SchemeKind::ALL {
                     runs.push((scheme.name(), self.backward(scheme, Planted::Nothing)?));
                 }
-                runs.push(("nodal, forward", self.forward()?));
+                let forward = [
+                    "constrained, forward",
+                    "dalembert, forward",
+                    "nodal, forward",
+                    "reduced, forward",
+                ];
+                for (scheme, name) in SchemeKind::ALL.into_iter().zip(forward) {
+                    assert!(name.starts_with(scheme.name()), "{name}");
+                    runs.push((name, self.forward(scheme)?));
+                }
                 Ok(runs)
             }
             _ => Ok(vec![("nodal", self.growth()?)]),
@@ -705,9 +714,8 @@ impl GradientCase {
         Ok(deviation)
     }
 
-    fn forward(&self) -> Result<Deviation, String> {
-        let Posed { mut run, objective, controls, design, start } =
-            self.posed(SchemeKind::Nodal)?;
+    fn forward(&self, scheme: SchemeKind) -> Result<Deviation, String> {
+        let Posed { mut run, objective, controls, design, start } = self.posed(scheme)?;
         let words = |e: vi_control::GradientError| e.to_string();
         let tangent =
             |own: &StartTangent| Tangent { q: own.q.clone(), p: own.p.clone(), z: vec![] };

@@ -8,14 +8,14 @@ use holonom::gradient::{Wanted, gradient};
 use holonom::model::{ModelText, Scheme};
 use holonom::vi_constraints::Constraints;
 use holonom::vi_constraints::costate_sweep::{CostateSweep, Linearization};
-use holonom::vi_constraints::linearization::{Costate, Tangent};
+use holonom::vi_constraints::linearization::{Costate, Sources, Tangent};
 use holonom::vi_control::Controls;
 use holonom::vi_control::checkpoints::Checkpoints;
 use holonom::vi_control::gradient::{Gradient, GradientError, Task};
 use holonom::vi_control::objective::{Objective, Term};
 use holonom::vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use holonom::vi_core::linear::dot;
-use holonom::vi_core::{MechanicalSystem, State};
+use holonom::vi_core::{Interval, MechanicalSystem, State};
 use holonom::vi_multibody::run::MechanismIntegrator;
 use holonom::{Model, Simulation};
 use std::path::Path;
@@ -49,7 +49,30 @@ fn momentum(run: &MechanismIntegrator, sample: &mut Sample) -> Vec<f64> {
     p
 }
 
-/// By how much forward and backward differ over a step, of all terms.
+/// What the equations of the parts of a step may change by.
+fn random_sources(
+    run: &MechanismIntegrator,
+    step: &Linearization,
+    points: &[Interval],
+    sample: &mut Sample,
+) -> Vec<Sources> {
+    let (n, m) = (run.state().q.len(), run.constraints().len());
+    let own = |part: usize| {
+        let (place, _) = step.part(points, part);
+        let mut own = Sources::zero(n, m);
+        own.minus = random(sample, n);
+        if place.has_forces() {
+            own.plus = random(sample, n);
+        }
+        if place.has_rows() && run.rows().len() == m {
+            own.rows = random(sample, m); // else they contradict each other
+        }
+        own
+    };
+    (0..step.parts()).map(own).collect()
+}
+
+/// By how much forward and backward differ over a step with sources, of all terms.
 fn of_step(run: &mut MechanismIntegrator, sample: &mut Sample) -> f64 {
     let (n, m) = (run.state().q.len(), run.constraints().len());
     let mut step = Linearization::new(run.method(), (n, m), run.rows());
@@ -65,6 +88,8 @@ fn of_step(run: &mut MechanismIntegrator, sample: &mut Sample) -> f64 {
         let start = Tangent { q, p: dp, z };
         let mut end = start.clone();
         step.clear_sources();
+        let sources = random_sources(run, &step, points, sample);
+        sources.iter().enumerate().for_each(|(part, own)| step.add_sources(part, own));
         step.push(system, constraints, points, &mut end).unwrap();
         let after =
             Costate { q: random(sample, n), p: random(sample, n), z: random(sample, internal) };
@@ -76,7 +101,19 @@ fn of_step(run: &mut MechanismIntegrator, sample: &mut Sample) -> f64 {
             products.fold([0.0; 2], |[sum, size], (a, b)| [sum + a * b, size + (a * b).abs()])
         };
         let ([left, of_left], [right, of_right]) = (terms(&after, &end), terms(&before, &start));
-        worst = worst.max((left - right).abs() / (of_left + of_right));
+        let (mut along, mut part) = ([0.0; 2], 0);
+        step.for_each_part(points, &mut |_, _, costates| {
+            let Sources { minus, plus, rows } = &sources[part];
+            let negative = [(minus, costates.step), (rows, costates.rows)];
+            let products = plus.iter().zip(costates.momentum).map(|(a, b)| a * b);
+            let others = negative.into_iter().flat_map(|(a, b)| a.iter().zip(b));
+            for product in products.chain(others.map(|(a, b)| -a * b)) {
+                along = [along[0] + product, along[1] + product.abs()];
+            }
+            part += 1;
+        });
+        let size = of_left + of_right + along[1];
+        worst = worst.max((left - right - along[0]).abs() / size);
         step.momentum_at_end(system, points, &mut p);
     }
     worst

@@ -92,7 +92,7 @@ fn unknowns() -> Vec<Parameter> {
 }
 
 /// Two normal numbers of two uniform ones, Box and Muller; these from sums of a generator.
-fn normal(seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn normal(seed: u64) -> impl FnMut() -> f64 {
     let mut sample = Sample::new(seed);
     move || {
         let [u, v] = [0, 1].map(|_| 0.5 * (sample.number() + 1.0));

@@ -1,6 +1,7 @@
 //! Parameters of mechanisms from measurements: reference cases, and derivatives of residuals.
 
 use crate::control_case::{Case, list, number, numbers};
+use crate::fits::normal;
 use crate::identification_case::Unknown;
 use nalgebra::DMatrix;
 use vi_control::identification::{MotionResiduals, Reading, Series, SeriesError};
@@ -125,6 +126,61 @@ fn derivatives_of_residuals_are_those_of_the_motion() {
             }
         }
     }
+}
+
+/// Of so many fits of the pendulum to its own motion with normal noise: stated over observed
+/// standard errors, and how often intervals of 95 % cover the truth.
+fn coverage(count: usize) -> [[f64; 2]; 2] {
+    let truth: Vec<f64> = list(&unknown("id01_pendulum").0, "parameters")
+        .iter()
+        .map(|own| number(&own["value"]))
+        .collect();
+    let mut exact = unknown("id01_pendulum").series();
+    exact.iter_mut().for_each(|own| own.values.fill(0.0));
+    let mut motion = MotionResiduals::new(unknown("id01_pendulum"), exact.clone()).unwrap();
+    let mut y = vec![0.0; motion.len()];
+    motion.evaluate(&truth, &mut y, None).unwrap(); // in standard deviations
+    let mut draw = normal(41);
+    let ([mut square, mut stated, mut covered], n) = ([[0.0; 2]; 3], count as f64);
+    for _ in 0..count {
+        let case = unknown("id01_pendulum");
+        let parameters = case.parameters();
+        let (mut series, mut y) = (exact.clone(), y.iter());
+        for own in &mut series {
+            own.values.fill_with(|| own.sigma * (y.next().unwrap() + draw()));
+        }
+        let mut residuals = MotionResiduals::new(case, series).unwrap();
+        let fit = LeastSquares::default().fit(&mut residuals, &parameters).unwrap();
+        assert_eq!(fit.outcome, FitOutcome::Converged);
+        let errors = fit.standard_errors().unwrap();
+        for j in 0..2 {
+            let off = fit.parameters[j] - truth[j];
+            square[j] += off * off / n;
+            stated[j] += errors[j] / n;
+            covered[j] += f64::from(off.abs() <= 1.959_964 * errors[j]) / n;
+        }
+    }
+    [[0, 1].map(|j| stated[j] / f64::sqrt(square[j])), covered]
+}
+
+/// Of 120 sets a standard deviation is known to 6.5 %, a coverage to 2 %.
+#[test]
+fn intervals_of_a_mechanism_cover_as_often_as_they_say() {
+    let [ratio, covered] = coverage(120);
+    println!("stated over observed {ratio:.3?}, covered {covered:.3?}");
+    assert!(ratio.iter().all(|own| (own - 1.0).abs() < 0.2), "{ratio:?}");
+    assert!(covered.iter().all(|own| (0.89..=0.995).contains(own)), "{covered:?}");
+}
+
+/// 1000 sets: standard errors right within 5 %, intervals cover 93 to 97 %. Of so many a standard
+/// deviation is known to 2.2 %, a coverage to 0.7 %.
+#[test]
+#[ignore = "minutes: by --ignored"]
+fn intervals_of_a_mechanism_cover_in_a_thousand_sets() {
+    let [ratio, covered] = coverage(1000);
+    println!("stated over observed {ratio:.3?}, covered {covered:.3?}");
+    assert!(ratio.iter().all(|own| (own - 1.0).abs() < 0.05), "{ratio:?}");
+    assert!(covered.iter().all(|own| (0.93..=0.97).contains(own)), "{covered:?}");
 }
 
 #[test]
