@@ -355,8 +355,8 @@ fn cpu() -> f64 {
     since.unwrap().as_secs_f64()
 }
 
-/// What `holonom gradient` computes, in runs without outputs, CPU time; what one step takes as well,
-/// as the assembly of the model and derivatives of its start, stands apart.
+/// What `holonom gradient` computes, in runs without outputs, CPU time; what one step takes as
+/// well, as the assembly of the model and derivatives of its start, stands apart.
 fn verb(n: usize, steps: usize, springs: bool, rounds: usize) {
     let text = |steps| {
         let text = ModelText::from_text(Path::new("chain.toml"), &model_text(n, steps, springs));
