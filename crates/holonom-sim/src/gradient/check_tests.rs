@@ -85,7 +85,10 @@ fn growth_is_that_of_the_motion_whatever_is_differentiated() {
         times.push(found.meaningless_from.unwrap());
     }
     println!("{times:?}");
-    assert!(times.iter().all(|t| *t == times[0]) && (5.0..18.0).contains(&times[0]), "{times:?}");
+    assert!(
+        times.iter().all(|t| t.total_cmp(&times[0]).is_eq()) && (5.0..18.0).contains(&times[0]),
+        "{times:?}"
+    );
     // Newton's tolerance is no growth
     let (text, model) =
         read(&changed(CHAOS, &[("end = 20.0", "end = 3.0\nnewton_tolerance = 1e-4")]));
@@ -126,7 +129,7 @@ fn growth_is_seen_beside_a_symmetry_and_none_where_nothing_is_free() {
         ],
     );
     let found = found(&driven, false).unwrap();
-    assert!(found.growth.is_none_or(|own| own == 1.0) && found.meaningless_from.is_none());
+    assert!(found.growth.is_none_or(|own| own <= 1.0) && found.meaningless_from.is_none());
 }
 
 #[test]
