@@ -359,7 +359,7 @@ fn cpu() -> f64 {
 /// well, as the assembly of the model and derivatives of its start, stands apart.
 fn verb(n: usize, steps: usize, springs: bool, rounds: usize) {
     let text = |steps| {
-        let text = ModelText::from_text(Path::new("chain.toml"), &model_text(n, steps, springs));
+        let text = ModelText::from_text(Path::new("chain.toml"), model_text(n, steps, springs));
         let model = text.model(&[]).unwrap();
         (text, model)
     };
