@@ -29,7 +29,7 @@ fn swinging() -> Subject {
 
 /// By both, of a run of so many steps without controls.
 fn grown(subject: fn() -> Subject, options: Options, steps: usize) -> [Growth; 2] {
-    let [mut run, other] = [0, 1].map(|_| subject().built.integrator(options.clone()).unwrap());
+    let [mut run, other] = [0, 1].map(|_| subject().built.integrator(options).unwrap());
     let (controls, objective) = (Controls::default(), Objective::new());
     let mut neighbour = Neighbour::new(other, run.state(), H);
     run.step().unwrap();
@@ -55,7 +55,7 @@ fn grown(subject: fn() -> Subject, options: Options, steps: usize) -> [Growth; 2
 #[test]
 fn a_neighbour_grows_apart_as_the_tangent_does() {
     let nodal = Options::new(SchemeKind::Nodal, H);
-    let galerkin = nodal.clone().galerkin(Stages::new(2).unwrap());
+    let galerkin = nodal.galerkin(Stages::new(2).unwrap());
     let null_space = Options::new(SchemeKind::Reduced, H);
     let all: [(&str, fn() -> Subject, &Options, usize); 7] = [
         ("a chaotic pendulum", swinging, &nodal, 4000),
@@ -68,7 +68,7 @@ fn a_neighbour_grows_apart_as_the_tangent_does() {
     ];
     let mut chaotic = 0;
     for (name, subject, options, steps) in all {
-        let [own, tangent] = grown(subject, options.clone(), steps);
+        let [own, tangent] = grown(subject, *options, steps);
         println!("{name}: {own:?} beside {tangent:?}");
         let ratio = own.largest / tangent.largest;
         let is_over = own.meaningless_from.is_some(); // no more is measured
