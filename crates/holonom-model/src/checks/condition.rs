@@ -1,9 +1,13 @@
 //! Checks of conditions and of `[optimize]`.
 
 use super::Checker;
+use crate::types::body::Body;
 use crate::types::condition::{Condition, ConditionKind, ConditionTime};
-use crate::types::control::CountedAt;
+use crate::types::connection::Joint;
+use crate::types::control::{CountedAt, ObjectiveKind};
+use crate::types::drive::Constraint;
 use crate::types::optimize::Optimize;
+use crate::types::sensor::SensorKind;
 
 /// Halvings at most.
 const HALVINGS: u32 = 10;
@@ -59,7 +63,11 @@ impl Checker<'_> {
         if let Some(other) = self.model.conditions.iter().filter(path).find(outside) {
             let [min, max] = other.bounds();
             let message = format!("{value} is outside of the bounds of `{}`", other.name);
-            let help = format!("write a value from {min} to {max}");
+            let help = match [min, max].map(f64::is_finite) {
+                [true, true] => format!("write a value from {min} to {max}"),
+                [true, false] => format!("write a value of {min} or more"),
+                _ => format!("write a value of at most {max}"),
+            };
             self.report(format!("{key}.equals"), message, help);
         }
     }
@@ -99,6 +107,49 @@ impl Checker<'_> {
         if let Some(first) = first.filter(|first| first.name != own.name) {
             let message = format!("`{}` asks for rest as well", first.name);
             self.report(key, message, "keep one of them, with all joints in `of`");
+        }
+        self.rates_beside(own);
+    }
+
+    /// What rest states already, or contradicts: rates of its joints at the end, of everything all
+    /// velocities and momenta there.
+    fn rates_beside(&mut self, rest: &Condition) {
+        let model = self.model;
+        let stops = |name: &str| rest.of.iter().any(|own| own == name);
+        let moves = |joint: &&Joint| joint.pair().dof() > 0;
+        let carried = |body: &Body| model.joints.iter().any(|joint| joint.child == body.name);
+        let names_all = || {
+            model.joints.iter().filter(moves).all(|joint| stops(&joint.name))
+                && model.bodies.iter().all(carried)
+        };
+        let driven = model.constraints.iter().any(|own| matches!(own, Constraint::Motion { .. }));
+        let all = !driven && (rest.of.is_empty() || names_all());
+        let last = |own: &Condition| match own.at {
+            ConditionTime::Word(at) => at == CountedAt::End,
+            ConditionTime::Time(t) => (t - model.settings.end).abs() < 0.5 * model.settings.step,
+        };
+        // bounds with zero between them ask for nothing more
+        let binds = |own: &Condition| {
+            let [min, max] = own.bounds();
+            min >= 0.0 || max <= 0.0
+        };
+        for own in model.conditions.iter().filter(|own| last(own) && binds(own)) {
+            let Some(named) = &own.sensor else { continue };
+            let name = named.split_once('.').map_or(&**named, |(name, _)| name);
+            let Some(sensor) = model.sensors.iter().find(|own| own.name == name) else { continue };
+            let is_its_rate = sensor.kind == SensorKind::JointRate && stops(&sensor.of);
+            if is_its_rate || all && sensor.kind.is_rate() {
+                let message =
+                    format!("`{}` brings to rest what `{named}` is the rate of", rest.name);
+                let help = format!("remove the condition, or `{}`", rest.name);
+                self.report(format!("condition.{}.sensor", own.name), message, help);
+            }
+        }
+        let momenta = model.objectives.iter().filter(|own| own.kind == ObjectiveKind::Momentum);
+        for own in momenta.filter(|_| all) {
+            let message = format!("`{}` lets all momenta at the end vanish", rest.name);
+            let help = format!("remove the objective, or `{}`", rest.name);
+            self.report(format!("objective.{}.type", own.name), message, help);
         }
     }
 
@@ -190,11 +241,66 @@ mod tests {
                 "condition = [{{ name = \"c\", sensor = \"angle\", equals = 3.0 }}, {{ name = \"d\", {keys} }}]"
             ))
         };
-        assert!(two("sensor = \"angle\", at = \"path\", max = 2.0").contains("bounds of `d`"));
+        let open = two("sensor = \"angle\", at = \"path\", max = 2.0");
+        assert!(open.contains("bounds of `d`") && open.contains("of at most 2"), "{open}");
+        assert!(two("sensor = \"angle\", at = \"path\", min = 4.0").contains("of 4 or more"));
         assert_eq!(two("sensor = \"angle\", at = \"path\", max = 4.0"), "");
         let rest =
             "condition = [{ name = \"c\", type = \"rest\" }, { name = \"d\", type = \"rest\" }]";
         assert!(words(rest).contains("asks for rest as well"));
+    }
+
+    /// A rate at the end, of what rests there.
+    #[test]
+    fn rest_and_a_final_rate_of_the_same_are_refused() {
+        let sensors = "[[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"j\"\n\
+                       [[sensor]]\nname = \"other\"\ntype = \"joint_rate\"\nof = \"k\"\n\
+                       [[sensor]]\nname = \"speed\"\ntype = \"velocity\"\nof = \"b\"\n\
+                       [[sensor]]\nname = \"spin\"\ntype = \"angular_velocity\"\nof = \"b\"\n\
+                       [[sensor]]\nname = \"place\"\ntype = \"position\"\nof = \"b\"\n";
+        let head = HEAD
+            .replace("body = [", "body = [{ name = \"c\", mass = 1.0, inertia = [1.0, 1.0, 1.0] }, ")
+            .replace("joint = [", "joint = [{ name = \"k\", type = \"revolute\", parent = \"b\", child = \"c\", position = [0, 0, 0], axis = [0, 0, 1] }, ")
+            .lines()
+            .filter(|line| !line.contains("sensor ="))
+            .collect::<Vec<_>>()
+            .join("\n");
+        let one = |of: &str, keys: &str| {
+            let text = format!(
+                "{head}\n{sensors}[[condition]]\nname = \"stop\"\ntype = \"rest\"\nof = {of}\n\
+                 [[condition]]\nname = \"c\"\n{keys}\n"
+            );
+            Model::from_toml(&text).err().map(|error| error.to_string()).unwrap_or_default()
+        };
+        for (of, keys) in [
+            ("[]", "sensor = \"rate\"\nequals = 0.0"),
+            ("[]", "sensor = \"speed.x\"\nequals = 1.0"),
+            ("[]", "sensor = \"spin.z\"\nmin = 0.0"),
+            ("[\"j\", \"k\"]", "sensor = \"speed.x\"\nequals = 0.0\nat = 1.0"),
+            ("[\"j\"]", "sensor = \"rate\"\nequals = 0.0"),
+        ] {
+            let said = one(of, keys);
+            assert!(said.contains("brings to rest"), "{of} {keys}: {said}");
+            assert!(said.contains("condition.c.sensor") && said.contains("`stop`"), "{said}");
+        }
+        for (of, keys) in [
+            ("[]", "sensor = \"place.x\"\nequals = 0.0"),
+            ("[]", "sensor = \"rate\"\nequals = 0.0\nat = 0.5"),
+            ("[]", "sensor = \"rate\"\nmax = 2.0\nat = \"path\""),
+            ("[]", "sensor = \"rate\"\nmin = -1.0\nmax = 2.0"),
+            ("[\"j\"]", "sensor = \"other\"\nequals = 0.0"),
+            ("[\"j\"]", "sensor = \"speed.x\"\nequals = 0.0"),
+        ] {
+            assert_eq!(one(of, keys), "", "{of} {keys}");
+        }
+        let momentum =
+            HEAD.replace("\"effort\" }", "\"effort\" }, { name = \"p\", type = \"momentum\" }");
+        for (of, refused) in [("[]", true), ("[\"j\"]", true), ("[\"k\"]", false)] {
+            let more = format!("condition = [{{ name = \"stop\", type = \"rest\", of = {of} }}]");
+            let said = Model::from_toml(&format!("{momentum}{more}")).err();
+            let said = said.map(|error| error.to_string()).unwrap_or_default();
+            assert_eq!(said.contains("objective.p.type"), refused, "{of}: {said}");
+        }
     }
 
     #[test]
