@@ -13,7 +13,9 @@ use crate::program::{
 };
 use crate::replay::Replay;
 use crate::transcription::problem::{MAX_INCREMENT, ProblemError};
-use crate::transcription::{Guess, Met, Motion, PriceOfRest, Transcription, TurnPrice};
+use crate::transcription::{
+    Guess, Held, Met, Motion, PriceOfRest, Resting, Size, Transcription, TurnPrice,
+};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -61,6 +63,17 @@ pub enum Verdict {
     },
 }
 
+/// A solve on the way.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// Its number of steps.
+    pub steps: usize,
+    /// `f` where it ended.
+    pub cost: f64,
+    /// Whether that is an optimum in which no turn is bounded.
+    pub is_optimal: bool,
+}
+
 /// A point with what is known of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimum {
@@ -74,20 +87,34 @@ pub struct Optimum {
     pub replay: Option<Replay>,
     /// Multipliers.
     pub multipliers: Multipliers,
+    /// Where the last solve ended, to go on from.
+    pub held: Held,
     /// Its conditions.
     pub met: Vec<Met>,
+    /// The momenta that are to be zero at the end.
+    pub resting: Vec<Resting>,
     /// What rest at the end costs.
     pub rest: PriceOfRest,
     /// What the bounds of turns from node to node cost.
     pub turns: Vec<TurnPrice>,
+    /// Steps in which a joint turns by as much as the program lets it: the motion is an optimum
+    /// among those that turn no more, not one of the problem. More steps.
+    pub bounded_turns: Vec<usize>,
     /// Multipliers of the balances, shape `N × d`.
     pub costates: Vec<Vec<f64>>,
+    /// What the bounds of controls cost, shape `N × k`; NaN where no value begins.
+    pub bounds: Vec<Vec<f64>>,
+    /// The size of the program.
+    pub size: Size,
     /// Iterations of the last solve.
     pub iterates: Vec<Iterate>,
     /// Iterations of all solves.
     pub iterations: usize,
-    /// Number of steps and cost of each refinement, the last one included.
-    pub refinements: Vec<(usize, f64)>,
+    /// The solves of each number of steps, the last one included.
+    pub levels: Vec<Level>,
+    /// Where there is an optimum of fewer steps than asked for, and none of these: how many were
+    /// asked for. The motion is that optimum, the verdict of the last solve.
+    pub wanted: Option<usize>,
     /// Where it is no optimum: conditions that controls could not meet at the guess, to first
     /// order: one alone that nothing changes, or several that change together.
     pub unreached: Vec<Vec<String>>,
@@ -121,46 +148,113 @@ pub enum OptimizeError {
     /// It ended where the motion does not exist.
     #[error("the method ended where the motion does not exist")]
     Undefined,
+    /// The point to go on from is of another problem.
+    #[error("the point to go on from is of another problem")]
+    Another,
 }
 
 /// Sees the number of steps and each iteration; breaks to stop.
 pub type Progress = Rc<RefCell<dyn FnMut(usize, &Iterate) -> ControlFlow<()>>>;
 
-/// Solves a problem of `steps` steps, from a quarter and a half of them where `refine` is 2.
+/// Solves a problem of `steps` steps, from a quarter and a half of them where `refine` is 2; or
+/// goes on from a point that an earlier search has ended at.
 ///
 /// # Errors
 /// [`OptimizeError`]; how a solve ends is a [`Verdict`].
 pub fn optimize(
     method: &mut dyn NlpSolver,
     setting: &dyn Setting,
-    steps: usize,
-    refine: u32,
+    (steps, refine): (usize, u32),
+    from: Option<&Held>,
     progress: &Progress,
 ) -> Result<Optimum, OptimizeError> {
     let halvings = (0..=refine).rev().find(|k| is_divisible(steps, *k)).unwrap_or(0);
-    let (mut guess, mut iterations, mut refinements) = (None, 0, Vec::new());
-    for k in (0..=halvings).rev() {
-        let own = steps >> k;
-        let program = setting.program(own, guess.as_ref())?;
-        let solved = solve(method, program, progress)?;
-        iterations += solved.iterations;
-        refinements.push((own, solved.motion.costs.iter().sum()));
-        if k > 0 && matches!(solved.outcome, Outcome::Optimal | Outcome::Acceptable) {
-            guess = Some(solved.program.borrow().refined(&solved.motion));
-            continue;
-        }
+    let mut search = Search { method, setting, progress, iterations: 0, levels: Vec::new() };
+    let mut coarse: Option<Solve> = None; // the last optimum
+    let is_earlier = |k: &u32| from.is_some_and(|from| steps >> k != from.steps);
+    for k in (0..=halvings).rev().skip_while(is_earlier) {
+        let solved = match search.solve(steps >> k, coarse.as_ref(), from) {
+            Err(OptimizeError::Undefined) if k > 0 || coarse.is_some() => None,
+            solved => Some(solved?),
+        };
         // what fails with few steps may do with all of them
-        if k > 0 && solved.outcome != Outcome::Stopped {
-            continue;
+        let stopped = |own: &Solve| own.outcome == Outcome::Stopped;
+        match solved {
+            Some(solved) if k == 0 || stopped(&solved) => {
+                return search.ended((steps, solved), coarse);
+            }
+            Some(solved) if solved.is_optimum() => coarse = Some(solved),
+            _ => {}
         }
-        let mut found = judged(setting, solved, iterations, refinements);
-        if !matches!(found.verdict, Verdict::Optimal | Verdict::Stopped) {
-            let first = setting.program(steps, None)?;
-            found.unreached = first.unreached(&first.start().x).unwrap_or_default();
-        }
-        return Ok(found);
     }
-    unreachable!("the last refinement returns")
+    match coarse {
+        Some(coarse) => {
+            let Search { iterations, levels, .. } = search;
+            let (verdict, wanted) = (Verdict::Unfinished(NOWHERE), Some(steps));
+            Ok(Optimum { verdict, wanted, iterations, levels, ..judged(setting, coarse) })
+        }
+        None if from.is_some() => Err(OptimizeError::Another),
+        None => Err(OptimizeError::Undefined),
+    }
+}
+
+/// The method ended where there is no motion.
+const NOWHERE: Outcome = Outcome::Failed("that it ended where the motion does not exist");
+
+/// A search through numbers of steps.
+struct Search<'a> {
+    method: &'a mut dyn NlpSolver,
+    setting: &'a dyn Setting,
+    progress: &'a Progress,
+    iterations: usize,
+    levels: Vec<Level>,
+}
+
+impl Search<'_> {
+    /// Solves the problem of so many steps, from an optimum of fewer, or from a point of these.
+    fn solve(
+        &mut self,
+        steps: usize,
+        coarse: Option<&Solve>,
+        from: Option<&Held>,
+    ) -> Result<Solve, OptimizeError> {
+        let guess = coarse.map(|own| own.program.borrow().refined(&own.motion, steps));
+        let mut program = self.setting.program(steps, guess.as_ref())?;
+        let from = from.filter(|from| from.steps == steps);
+        if from.is_some_and(|from| !program.goes_on(from)) {
+            return Err(OptimizeError::Another);
+        }
+        let multipliers = from.map(|from| from.multipliers.clone());
+        let start = Start { multipliers, ..program.start() };
+        let solved = solve(self.method, (program, start), self.progress)?;
+        self.iterations += solved.iterations;
+        let cost = solved.motion.costs.iter().sum();
+        let is_optimal = solved.is_optimum()
+            && solved.kkt.is_met(&Tolerances::default())
+            && solved.bounded_turns.is_empty();
+        self.levels.push(Level { steps, cost, is_optimal });
+        Ok(solved)
+    }
+
+    /// The last solve with its verdict; where it is no optimum, one of fewer steps is kept.
+    fn ended(
+        self,
+        (steps, solved): (usize, Solve),
+        coarse: Option<Solve>,
+    ) -> Result<Optimum, OptimizeError> {
+        let mut found = judged(self.setting, solved);
+        if !matches!(found.verdict, Verdict::Optimal | Verdict::Stopped) {
+            let first = self.setting.program(steps, None)?;
+            let unreached = first.unreached(&first.start().x).unwrap_or_default();
+            let kept = coarse.map(|own| judged(self.setting, own));
+            if let Some(kept) = kept.filter(|own| own.verdict == Verdict::Optimal) {
+                let Optimum { verdict, held, .. } = found;
+                found = Optimum { verdict, held, wanted: Some(steps), ..kept };
+            }
+            found.unreached = unreached;
+        }
+        Ok(Optimum { iterations: self.iterations, levels: self.levels, ..found })
+    }
 }
 
 /// Whether steps can be halved so often, down to eight.
@@ -175,20 +269,31 @@ struct Solve {
     motion: Motion,
     kkt: Kkt,
     multipliers: Multipliers,
+    held: Held,
     met: Vec<Met>,
+    resting: Vec<Resting>,
     rest: PriceOfRest,
     turns: Vec<TurnPrice>,
+    bounded_turns: Vec<usize>,
     costates: Vec<Vec<f64>>,
+    bounds: Vec<Vec<f64>>,
+    size: Size,
     iterates: Vec<Iterate>,
     iterations: usize,
 }
 
+impl Solve {
+    /// Whether the method takes it for an optimum.
+    fn is_optimum(&self) -> bool {
+        matches!(self.outcome, Outcome::Optimal | Outcome::Acceptable)
+    }
+}
+
 fn solve(
     method: &mut dyn NlpSolver,
-    program: Transcription,
+    (program, mut start): (Transcription, Start),
     progress: &Progress,
 ) -> Result<Solve, OptimizeError> {
-    let mut start = program.start();
     let steps = program.problem().steps;
     let program = Rc::new(RefCell::new(program));
     let shared: SharedProgram = program.clone();
@@ -210,14 +315,24 @@ fn solve(
         let motion = program.borrow().motion(&solved.x).map_err(undefined)?;
         let kkt = Kkt::judge(&mut *program.borrow_mut(), &solved.x, &solved.multipliers);
         let met = program.borrow().met(&solved.x, &solved.multipliers).map_err(undefined)?;
+        let resting = program.borrow().resting(&solved.x, &solved.multipliers);
         let rest = program.borrow().price_of_rest(&solved.x, &solved.multipliers);
         let turns = program.borrow().prices_of_turns(&solved.multipliers);
         let costates = program.borrow().costates(&solved.multipliers);
+        let bounds = program.borrow().prices_of_controls(&solved.multipliers);
+        let size = program.borrow().size();
+        let bounded_turns = program.borrow().bounded_turns(&solved.x);
+        let held = program.borrow().held(&solved.x, &solved.multipliers);
         return Ok(Solve {
+            bounded_turns,
+            held: held.map_err(undefined)?,
             met,
+            resting: resting.map_err(undefined)?,
             rest: rest.map_err(undefined)?,
             turns,
             costates,
+            bounds,
+            size,
             outcome: solved.outcome,
             motion,
             kkt: kkt.map_err(undefined)?,
@@ -230,12 +345,7 @@ fn solve(
     unreachable!("moves are bounded")
 }
 
-fn judged(
-    setting: &dyn Setting,
-    solved: Solve,
-    iterations: usize,
-    refinements: Vec<(usize, f64)>,
-) -> Optimum {
+fn judged(setting: &dyn Setting, solved: Solve) -> Optimum {
     let replay = setting.replay(&solved.motion).ok();
     let named = || {
         let program = solved.program.borrow();
@@ -265,13 +375,19 @@ fn judged(
         kkt: solved.kkt,
         replay,
         multipliers: solved.multipliers,
+        held: solved.held,
         met: solved.met,
+        resting: solved.resting,
         rest: solved.rest,
         turns: solved.turns,
+        bounded_turns: solved.bounded_turns,
         costates: solved.costates,
+        bounds: solved.bounds,
+        size: solved.size,
         iterates: solved.iterates,
-        iterations,
-        refinements,
+        iterations: solved.iterations,
+        levels: Vec::new(),
+        wanted: None,
         unreached: Vec::new(),
     }
 }

@@ -485,15 +485,15 @@ fn optima_are_refined_and_judged() {
         let own = Own(Case::read(name));
         let method = &mut Pounce::default();
         let steps = usize::try_from(own.0.value["steps"].as_u64().unwrap()).unwrap();
-        let optimum = optimize(method, &own, steps, 2, &progress(usize::MAX)).unwrap();
+        let optimum = optimize(method, &own, (steps, 2), None, &progress(usize::MAX)).unwrap();
         assert_eq!(optimum.verdict, Verdict::Optimal, "{name}");
         let wanted = number(&own.0.value["results"]["cost"]);
         assert!((optimum.cost() - wanted).abs() < 1e-8 * wanted, "{name}: {}", optimum.cost());
         assert!(optimum.is_sufficient(), "{name}");
-        println!("{name}: {:?}, {} iterations", optimum.refinements, optimum.iterations);
-        let halved = optimum.refinements.len() > 1;
+        println!("{name}: {:?}, {} iterations", optimum.levels, optimum.iterations);
+        let halved = optimum.levels.len() > 1;
         assert_eq!(halved, steps % 2 == 0, "{name}: 25 steps have no half");
-        let stopped = optimize(method, &own, steps, 0, &progress(2)).unwrap();
+        let stopped = optimize(method, &own, (steps, 0), None, &progress(2)).unwrap();
         assert_eq!(stopped.verdict, Verdict::Stopped, "{name}");
     }
 }
@@ -510,7 +510,7 @@ fn charts_follow_a_large_turn() {
         let still = Still(Own(Case::of(value)));
         let setting: &dyn Setting = if stands { &still } else { &still.0 };
         let method = &mut Pounce::default();
-        let optimum = optimize(method, setting, 48, 0, &progress(usize::MAX)).unwrap();
+        let optimum = optimize(method, setting, (48, 0), None, &progress(usize::MAX)).unwrap();
         assert_eq!(optimum.verdict, Verdict::Optimal);
         let turn = vi_rigid::rotation::exp(&turn.into());
         let target = turn * vi_rigid::directors::triad(&still.0.0.q[..12]);
@@ -528,7 +528,8 @@ fn charts_follow_a_large_turn() {
 fn springs_beside_are_met() {
     for length in [0.0, 0.2] {
         let own = Own(with_springs("oc03_two_link_effort", length));
-        let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
+        let optimum =
+            optimize(&mut Pounce::default(), &own, (40, 0), None, &progress(usize::MAX)).unwrap();
         println!("length {length}: {} iterations, cost {}", optimum.iterations, optimum.cost());
         assert_eq!(optimum.verdict, Verdict::Optimal);
         assert!(optimum.iterations < 40);
@@ -540,7 +541,8 @@ fn springs_beside_are_met() {
 fn an_effort_beside_the_controls_is_another_motion() {
     let own = Own(Case::read("oc03_two_link_effort"));
     own.0.efforts[1].set(0.5);
-    let optimum = optimize(&mut Pounce::default(), &own, 40, 0, &progress(usize::MAX)).unwrap();
+    let optimum =
+        optimize(&mut Pounce::default(), &own, (40, 0), None, &progress(usize::MAX)).unwrap();
     assert_eq!(optimum.verdict, Verdict::OtherMotion);
 }
 
@@ -556,7 +558,7 @@ fn turns_are_those_between_all_nodes() {
     ] {
         let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
         let method = &mut Pounce::default();
-        let optimum = optimize(method, &setting, steps, 0, &progress(usize::MAX)).unwrap();
+        let optimum = optimize(method, &setting, (steps, 0), None, &progress(usize::MAX)).unwrap();
         let turn = |from: &[f64], to: &[f64]| {
             let turn = (to[5] * from[3] - to[3] * from[5]).atan2(to[3] * from[3] + to[5] * from[5]);
             turn.abs() // of d_1, in the plane x, z
@@ -583,7 +585,7 @@ fn a_sub_step_of_two_solutions_is_seen() {
         let method = Method::Composition(Composition::Suzuki5);
         let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
         let method = &mut Pounce::default();
-        let optimum = optimize(method, &setting, steps, 0, &progress(usize::MAX)).unwrap();
+        let optimum = optimize(method, &setting, (steps, 0), None, &progress(usize::MAX)).unwrap();
         println!("{steps} steps: {:?}, {:?}", optimum.verdict, optimum.replay);
         let verdict = if is_same { Verdict::Optimal } else { Verdict::OtherMotion };
         assert_eq!(optimum.verdict, verdict, "{steps} steps");
@@ -594,7 +596,8 @@ fn a_sub_step_of_two_solutions_is_seen() {
 #[test]
 fn too_few_steps_are_named() {
     let own = Own(Case::read("oc02_cart_pole_swing_up"));
-    let optimum = optimize(&mut Pounce::default(), &own, 4, 0, &progress(usize::MAX)).unwrap();
+    let optimum =
+        optimize(&mut Pounce::default(), &own, (4, 0), None, &progress(usize::MAX)).unwrap();
     println!("{:?}", optimum.verdict);
     assert_ne!(optimum.verdict, Verdict::Optimal);
 }

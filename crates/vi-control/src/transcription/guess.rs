@@ -124,11 +124,11 @@ fn between(
 }
 
 impl Transcription {
-    /// A guess of twice as many steps from a motion of this program.
+    /// A guess of so many steps from a motion of this program.
     #[must_use]
-    pub fn refined(&self, motion: &Motion) -> Guess {
+    pub fn refined(&self, motion: &Motion, steps: usize) -> Guess {
         let Motion { nodes, travel, controls, .. } = motion;
-        resampled(&self.chart, (nodes, travel), controls, 2 * controls.len())
+        resampled(&self.chart, (nodes, travel), controls, steps)
     }
 }
 

@@ -32,7 +32,7 @@ mod prices;
 pub mod problem;
 mod reach;
 
-use crate::program::{Bounds, Program, Start, Undefined};
+use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
 use chart::{Chart, Reference};
 use closure::Closure;
 use division::Division;
@@ -42,8 +42,8 @@ use layout::{Counts, Layout, is_bound};
 use nalgebra::DMatrix;
 use numbers::Velocities;
 use point::Point;
-pub use prices::{Met, PriceOfRest, TurnPrice};
-use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest, Uncovered};
+pub use prices::{Met, PriceOfRest, Resting, Size, TurnPrice};
+use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest, Uncovered, When};
 use std::sync::Arc;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::setup::SetupError;
@@ -56,6 +56,9 @@ use vi_multibody::joint_coordinate::JointCoordinate;
 /// Bound of the second of three rotations of a chart about its reference, rad: at `π/2` the chart
 /// ends.
 const CHART: f64 = 1.2;
+
+/// A start this near to a bound is at it, in parts of its value, 1 at least.
+const ROUNDED: f64 = 1e-9;
 
 /// A problem of optimal control of a mechanism as a nonlinear program.
 #[derive(Debug)]
@@ -87,6 +90,21 @@ pub struct Transcription {
     jacobian_places: Vec<(usize, usize)>,
     hessian_places: Vec<(usize, usize)>,
     point: Option<Point>,
+}
+
+/// A point of a program with its multipliers, from which a method goes on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Held {
+    /// `N`.
+    pub steps: usize,
+    /// All nodes, those within steps as well, each of shape `n`.
+    pub nodes: Vec<Vec<f64>>,
+    /// What coordinates that add up have changed by at each of these, shape `d`.
+    pub travel: Vec<Vec<f64>>,
+    /// The variables, with the nodes as references: `ξ` is zero.
+    pub x: Vec<f64>,
+    /// Its multipliers.
+    pub multipliers: Multipliers,
 }
 
 /// A motion that a program was solved for.
@@ -204,7 +222,22 @@ impl Transcription {
         };
         transcription.start = transcription.begin(guess);
         transcription.find_places();
+        transcription.begins_within()?;
         Ok(transcription)
+    }
+
+    /// Whether conditions along the path hold at the start, which no variable changes.
+    fn begins_within(&self) -> Result<(), ProblemError> {
+        let Ok(point) = self.followed_at(&self.start) else { return Ok(()) };
+        let paths = self.problem.conditions.iter().enumerate();
+        for (condition, own) in paths.filter(|(_, own)| own.when == When::Path) {
+            let (value, [min, max]) = (self.quantity(&point, &own.quantity, 0), own.bounds);
+            let beyond = (min - value).max(value - max);
+            if beyond > ROUNDED * f64::max(1.0, value.abs()) {
+                return Err(ProblemError::Start { condition, name: own.name.clone(), value });
+            }
+        }
+        Ok(())
     }
 
     /// The point of a program that a guess is.
@@ -298,17 +331,57 @@ impl Transcription {
     /// # Errors
     /// [`Undefined`].
     pub fn move_references(&mut self, x: &[f64]) -> Result<(), Undefined> {
-        let motion = self.motion(x)?;
-        self.references = motion.all_nodes().map(|q| self.chart.reference(q)).collect();
-        self.travel = (0..=self.division.last()).map(|n| self.traveled_at(x, n)).collect();
-        self.start = x.to_vec();
-        for n in 1..=self.division.last() {
-            if let Some(at) = self.layout.coordinate(n) {
-                self.start[at..at + self.chart.dof()].fill(0.0);
-            }
-        }
-        self.point = None;
+        let held = self.held(x, &Multipliers::default())?;
+        self.refer_to(&held);
         Ok(())
+    }
+
+    /// A point, to go on from.
+    ///
+    /// # Errors
+    /// [`Undefined`].
+    pub fn held(&self, x: &[f64], multipliers: &Multipliers) -> Result<Held, Undefined> {
+        let motion = self.motion(x)?;
+        let last = self.division.last();
+        let mut held = Held {
+            steps: self.problem.steps,
+            nodes: motion.all_nodes().map(<[f64]>::to_vec).collect(),
+            travel: (0..=last).map(|n| self.traveled_at(x, n)).collect(),
+            x: x.to_vec(),
+            multipliers: multipliers.clone(),
+        };
+        for at in (1..=last).filter_map(|n| self.layout.coordinate(n)) {
+            held.x[at..at + self.chart.dof()].fill(0.0);
+        }
+        Ok(held)
+    }
+
+    /// Puts references and start onto a point that was held, of the same problem; false where it is
+    /// of another one.
+    #[must_use]
+    pub fn goes_on(&mut self, held: &Held) -> bool {
+        let (count, d) = (self.division.last() + 1, self.chart.dof());
+        let of = |rows: &[Vec<f64>], size: usize| {
+            rows.len() == count && rows.iter().all(|row| row.len() == size)
+        };
+        let Multipliers { rows, lower, upper } = &held.multipliers;
+        let shapes = [held.x.len(), lower.len(), upper.len(), rows.len()];
+        let n = self.layout.variables;
+        let fits = held.steps == self.problem.steps
+            && of(&held.nodes, self.n)
+            && of(&held.travel, d)
+            && shapes == [n, n, n, self.layout.rows];
+        if fits {
+            self.refer_to(held);
+        }
+        fits
+    }
+
+    fn refer_to(&mut self, held: &Held) {
+        self.references = held.nodes.iter().map(|q| self.chart.reference(q)).collect();
+        self.travel.clone_from(&held.travel);
+        self.start.clone_from(&held.x);
+        self.point = None;
     }
 
     /// `out ← g`.

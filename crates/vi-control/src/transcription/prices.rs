@@ -4,7 +4,10 @@
 use super::Transcription;
 use super::layout::is_bound;
 use super::problem::{Quantity, Rest};
-use crate::program::{Multipliers, Undefined};
+use crate::program::{Multipliers, Program as _, Undefined};
+
+/// Turns this near to the largest one, rad, are at it: a method keeps off by `μ/λ`.
+const AT_BOUND: f64 = 1e-6;
 
 /// What the bounds of turns cost: the multiplier of an angle at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,6 +20,19 @@ pub struct TurnPrice {
     pub multiplier: f64,
 }
 
+/// The size of a program.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Size {
+    /// Variables.
+    pub unknowns: usize,
+    /// Those that are values of controls.
+    pub values: usize,
+    /// Rows that are equations.
+    pub equations: usize,
+    /// Rows with bounds: conditions, turns.
+    pub inequalities: usize,
+}
+
 /// What rest at the end costs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum PriceOfRest {
@@ -27,6 +43,17 @@ pub enum PriceOfRest {
     All(Vec<f64>),
     /// `η` of the momenta along some unknowns of a tree, each with its unknown.
     Unknowns(Vec<(usize, f64)>),
+}
+
+/// A momentum that is zero at rest, at the end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resting {
+    /// The unknown of the tree along which it is.
+    pub unknown: usize,
+    /// `P(q_N)ᵀ [p̄_N − G_c(q_N)ᵀ hλ_N]` along it, N·s or N·m·s.
+    pub momentum: f64,
+    /// Its multiplier: the cost changes by minus this with the momentum that is left.
+    pub multiplier: f64,
 }
 
 /// A condition at a node.
@@ -95,6 +122,22 @@ impl Transcription {
         narrowest.map(|held| held.map(|own| own.0))
     }
 
+    /// The momenta that are zero at rest, at a point with its multipliers.
+    ///
+    /// # Errors
+    /// [`Undefined`].
+    pub fn resting(&self, x: &[f64], multipliers: &Multipliers) -> Result<Vec<Resting>, Undefined> {
+        let mut momenta = vec![0.0; self.chart.dof()];
+        self.residual(&self.followed_at(x)?, self.division.last(), &mut momenta);
+        let eta = &multipliers.rows[self.layout.rest.clone()];
+        let own = |(&unknown, &multiplier): (&usize, &f64)| Resting {
+            unknown,
+            momentum: momenta[unknown],
+            multiplier,
+        };
+        Ok(self.resting.iter().zip(eta).map(own).collect())
+    }
+
     /// What rest at the end costs, by its multipliers.
     ///
     /// # Errors
@@ -140,6 +183,46 @@ impl Transcription {
             }
         }
         prices
+    }
+
+    /// What the bounds of controls cost: of each step and control `z_U − z_L` of the value that
+    /// begins there, NaN where none does, shape `N × k`.
+    #[must_use]
+    pub fn prices_of_controls(&self, multipliers: &Multipliers) -> Vec<Vec<f64>> {
+        let Multipliers { lower, upper, .. } = multipliers;
+        let own = |n: usize, k: usize| {
+            let at = self.layout.control(k, n);
+            let begins = n == 0 || self.layout.control(k, n - 1) != at;
+            if begins { upper[at] - lower[at] } else { f64::NAN }
+        };
+        let count = self.problem.controls.len();
+        (0..self.problem.steps).map(|n| (0..count).map(|k| own(n, k)).collect()).collect()
+    }
+
+    /// The size of the program.
+    #[must_use]
+    pub fn size(&self) -> Size {
+        let bounds = self.bounds().rows;
+        let equations = bounds.iter().filter(|[low, high]| low.to_bits() == high.to_bits()).count();
+        let of = |k: usize| self.layout.values(k).len();
+        Size {
+            unknowns: self.layout.variables,
+            values: (0..self.problem.controls.len()).map(of).sum(),
+            equations,
+            inequalities: bounds.len() - equations,
+        }
+    }
+
+    /// The steps in which an angle turns by as much as it may from a node to the next, at a point.
+    #[must_use]
+    pub fn bounded_turns(&self, x: &[f64]) -> Vec<usize> {
+        let most = self.problem.max_increment - AT_BOUND;
+        let turns = |n: usize, j: usize| self.traveled(x, n + 1, j) - self.traveled(x, n, j);
+        let is_at_bound = |n: &usize| self.turning.iter().any(|&j| turns(*n, j).abs() >= most);
+        let nodes = (0..self.division.last()).filter(is_at_bound);
+        let mut steps: Vec<usize> = nodes.map(|n| self.division.step(n)).collect();
+        steps.dedup();
+        steps
     }
 
     /// The multipliers of the balances at the nodes 0 to N − 1, shape `N × d`.

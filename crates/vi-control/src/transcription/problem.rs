@@ -115,7 +115,7 @@ impl Quantity {
 pub enum When {
     /// At the last node.
     End,
-    /// At every node after the first.
+    /// At every node; the first one is given.
     Path,
     /// At the node of this number, from 1 to the number of steps.
     Node(usize),
@@ -337,6 +337,16 @@ pub enum ProblemError {
         node: usize,
         /// `N`.
         steps: usize,
+    },
+    /// A condition along the path that the start does not meet.
+    #[error("`{name}`: the motion starts outside of the bounds, with {value}")]
+    Start {
+        /// Among those of the problem.
+        condition: usize,
+        /// Its name.
+        name: String,
+        /// Of its quantity at the start.
+        value: f64,
     },
     /// Another shape than the motion.
     #[error(
