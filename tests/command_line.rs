@@ -27,6 +27,7 @@ mod output {
     mod looks;
     pub(crate) mod meshes;
     mod scene;
+    mod scene_found;
     mod scene_modes;
     mod scene_pages;
 }
