@@ -92,6 +92,88 @@ fn what_is_no_optimum_ends_with_1_and_says_so() {
     assert_eq!(code(&written("nothing", ""), &["optimize", "clock.toml"]), 3);
 }
 
+/// A search that made as many iterations as it may goes on in its folder until it has found its
+/// optimum, which it says then.
+fn goes_on(folder: &Path, whole: &Value) {
+    let rows = |folder: &Path| {
+        let text = fs::read_to_string(folder.join("clock-optimum/iterations.csv")).unwrap();
+        assert_eq!(text.lines().filter(|line| line.starts_with("start,")).count(), 1);
+        text.lines().count()
+    };
+    assert!(folder.join("clock-optimum/search.json").is_file());
+    let mut before = rows(folder);
+    let mut ended = 1;
+    for _ in 0..40 {
+        let done = holonom(folder, &["resume", "clock-optimum", "--json"]);
+        ended = done.status.code().unwrap();
+        let found: Value = serde_json::from_slice(&done.stdout).unwrap();
+        assert_eq!(found, optimum(folder), "{}", words(&done));
+        assert!(words(&done).contains("goes on from where it ended"), "{}", words(&done));
+        assert!(rows(folder) > before, "iterations are added");
+        before = rows(folder);
+        if ended == 0 {
+            break;
+        }
+        assert_eq!((ended, &found["status"]), (1, &"unfinished".into()), "{}", words(&done));
+    }
+    let found = optimum(folder);
+    assert_eq!((ended, &found["status"]), (0, &"optimal".into()));
+    assert!(!folder.join("clock-optimum/search.json").exists());
+    let number = |of: &Value| of["cost"].as_f64().unwrap();
+    let off = (number(&found) - number(whole)).abs();
+    assert!(off <= 1e-8 * number(whole), "{} for {}", number(&found), number(whole));
+    for (own, wanted) in [("parameters", "value"), ("controls", "largest")] {
+        let all = |of: &Value| of[own].as_array().unwrap().clone();
+        for (own, wanted_of) in all(&found).iter().zip(&all(whole)) {
+            let [a, b] = [own, wanted_of].map(|own| own[wanted].as_f64().unwrap());
+            assert!((a - b).abs() < 1e-6 * b.abs(), "{a} for {b}");
+        }
+    }
+    is_repeated(folder);
+    let done = holonom(folder, &["resume", "clock-optimum"]);
+    assert_eq!(done.status.code(), Some(0));
+    assert!(words(&done).contains("the optimum is found already"), "{}", words(&done));
+}
+
+#[test]
+fn a_design_goes_on_in_its_folder() {
+    let folder = written("resume_design", DESIGN);
+    assert_eq!(code(&folder, &["optimize", "clock.toml"]), 0);
+    let whole = optimum(&folder);
+    let few = ["optimize", "clock.toml", "--force", "--set", "optimize.max_iterations=2"];
+    let done = holonom(&folder, &few);
+    assert_eq!(done.status.code(), Some(1), "{}", words(&done));
+    assert!(words(&done).contains("holonom resume clock-optimum"), "{}", words(&done));
+    // as it was asked for, whatever the file says now
+    fs::write(folder.join("clock.toml"), "").unwrap();
+    goes_on(&folder, &whole);
+    fs::write(folder.join("clock-optimum/optimum.json"), "{ \"status\": \"stopped\" }").unwrap();
+    let done = holonom(&folder, &["resume", "clock-optimum"]);
+    assert_eq!(done.status.code(), Some(2));
+    assert!(words(&done).contains("search.json"), "{}", words(&done));
+}
+
+#[cfg(feature = "optimize")]
+#[test]
+fn controls_go_on_in_their_folder() {
+    let timed = "optimize = { time = { min = 0.5, max = 3.0 }, refine = 1 }";
+    let soon = CONTROL.replace(
+        "type = \"effort\" }",
+        "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 3.0 }",
+    );
+    for (case, more) in [("time", format!("{soon}{timed}")), ("fixed", CONTROL.to_owned())] {
+        let folder = written(&format!("resume_{case}"), &more);
+        assert_eq!(code(&folder, &["optimize", "clock.toml"]), 0);
+        let whole = optimum(&folder);
+        let few = ["optimize", "clock.toml", "--force", "--set", "optimize.max_iterations=4"];
+        let done = holonom(&folder, &few);
+        assert_eq!(done.status.code(), Some(1), "{}", words(&done));
+        goes_on(&folder, &whole);
+        let [a, b] = [&optimum(&folder), &whole].map(|own| own["time"].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-6, "{a} for {b}");
+    }
+}
+
 #[cfg(not(feature = "optimize"))]
 #[test]
 fn controls_need_a_method_that_is_named() {

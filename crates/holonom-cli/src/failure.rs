@@ -28,9 +28,9 @@ pub(crate) enum Failure {
     /// Code 128 and the number of the signal: the search ended before an optimum.
     #[error("the search was interrupted")]
     SearchInterrupted { signal: u8, folder: PathBuf },
-    /// Code 1: a search found no optimum.
-    #[error("{0}")]
-    NoOptimum(String),
+    /// Code 1: a search found no optimum; the folder of one that may go on.
+    #[error("{message}")]
+    NoOptimum { message: String, unfinished: Option<PathBuf> },
     /// Code 1: some points of a sweep failed.
     #[error("{failed} of {of} points failed")]
     Points { failed: usize, of: usize, table: PathBuf },
@@ -125,16 +125,19 @@ impl Failure {
                 128 + signal
             }
             Self::SearchInterrupted { signal, folder } => {
-                let folder = folder.display();
                 let help = format!(
-                    "where it was is written to {folder}; it is no optimum. Of controls \
-                     `--set optimize.guess={folder} --force` begins from there"
+                    "where it was is written, which is no optimum; `{}` goes on from there",
+                    resume_command(folder)
                 );
                 say("the search was interrupted", &help);
                 128 + signal
             }
-            Self::NoOptimum(message) => {
-                say(message, "where the search ended is written; begin elsewhere, or ask for less");
+            Self::NoOptimum { message, unfinished } => {
+                let help = "where the search ended is written; begin elsewhere, or ask for less";
+                let more = unfinished.as_ref().map(|folder| resume_command(folder));
+                let more =
+                    more.map_or_else(String::new, |more| format!(", or go on with `{more}`"));
+                say(message, &format!("{help}{more}"));
                 1
             }
             Self::Points { table, .. } => {

@@ -30,11 +30,21 @@ pub(crate) struct Input<'a> {
     arguments: &'a ModelArguments,
     overrides: Vec<Override>,
     json: bool,
+    text: Option<ModelText>,
 }
 
 impl<'a> Input<'a> {
     pub(crate) fn new(arguments: &'a ModelArguments, overrides: Vec<Override>, json: bool) -> Self {
-        Self { arguments, overrides, json }
+        Self { arguments, overrides, json, text: None }
+    }
+
+    /// With a text that is at hand.
+    pub(crate) fn of(self, text: ModelText) -> Self {
+        Self { text: Some(text), ..self }
+    }
+
+    fn text(&mut self) -> ModelText {
+        self.text.take().unwrap_or_else(|| text_of(&self.arguments.model))
     }
 
     /// Reads and checks the model. With `json`, problems go to standard output too.
@@ -57,10 +67,10 @@ impl<'a> Input<'a> {
 
     /// The same with the text of the model.
     pub(crate) fn with_text<T>(
-        self,
+        mut self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(ModelText, Model, T), Failure> {
-        let text = text_of(&self.arguments.model);
+        let text = self.text();
         let model = text.model(&self.overrides);
         if let Ok(model) = &model {
             memory::check(model)?;
@@ -76,8 +86,8 @@ impl<'a> Input<'a> {
     }
 
     /// A model that could be read and cannot be assembled.
-    pub(crate) fn refused(self, error: ModelError) -> Result<Failure, Failure> {
-        let text = text_of(&self.arguments.model);
+    pub(crate) fn refused(mut self, error: ModelError) -> Result<Failure, Failure> {
+        let text = self.text();
         self.invalid(text, error)
     }
 

@@ -2,16 +2,18 @@
 
 use std::cell::RefCell;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use holonom::model::{ModelText, read_regular_text};
 use holonom::optimize::{
-    Found, OptimizeFailure, OptimumReport, Progress, Status, Watch, optimize_by_own_method,
+    Found, OptimizeFailure, OptimumReport, Progress, Search, Status, Watch, optimize_by_own_method,
 };
 use holonom::report::{optimum_counts, optimum_facts, optimum_page, rounded, scene_of_run};
 use holonom::run::{Control, prepare, run_with};
-use holonom::{Model, RunFolder};
+use holonom::{Model, Override, RunFolder};
 
-use crate::arguments::OptimizeArguments;
+use crate::arguments::{ModelArguments, OptimizeArguments, Talk};
 use crate::failure::Failure;
 use crate::gradient::warn_of_tolerance;
 use crate::input::{Input, text_of};
@@ -20,11 +22,28 @@ use crate::run::keep_the_model;
 use crate::signals::Signals;
 use crate::{progress, stderr, stdout};
 
+const NUMBERS: &str = "optimum.json";
+const ITERATIONS: &str = "iterations.csv";
+const SEARCH: &str = "search.json";
 /// The files of an optimum beside those of its run.
-const FILES: [&str; 5] =
-    ["optimum.json", "optimum.html", "iterations.csv", "controls.csv", "costates.csv"];
+const FILES: [&str; 7] =
+    [NUMBERS, "optimum.html", ITERATIONS, "controls.csv", "costates.csv", "prices.csv", SEARCH];
+/// The size of a file that is read at most, bytes.
+const LARGEST: u64 = 1 << 30;
 /// Files that show that a run is there.
 const OF_RUN: [&str; 3] = ["model.toml", "summary.json", "trajectory.csv"];
+
+/// A search: of which model, where its results go, where it begins.
+struct Asked<'a> {
+    arguments: &'a ModelArguments,
+    text: ModelText,
+    overrides: Vec<Override>,
+    place: PathBuf,
+    force: bool,
+    /// A search that it continues, with its iterations.
+    earlier: Option<(Search, String)>,
+    talk: &'a Talk,
+}
 
 pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     let path = &arguments.model.model;
@@ -33,8 +52,58 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     keep_the_model(path, &place.join("model.toml"))?;
     RunFolder::vacant(&place, &FILES, arguments.force)?;
     RunFolder::vacant(&place, &OF_RUN, arguments.force)?;
+    search(Asked {
+        arguments: &arguments.model,
+        text: text_of(path),
+        overrides: arguments.model.set.clone(),
+        place,
+        force: arguments.force,
+        earlier: None,
+        talk: &arguments.talk,
+    })
+}
+
+/// Of the folder of a search whether it has found its optimum; `None` of another folder.
+pub(crate) fn is_found(folder: &Path) -> Option<bool> {
+    let status = json(&folder.join(NUMBERS))?.get("status")?.clone();
+    Some(serde_json::from_value(status).is_ok_and(Status::is_found))
+}
+
+fn json(file: &Path) -> Option<serde_json::Value> {
+    serde_json::from_str(&read_regular_text(file, LARGEST).ok()?).ok()
+}
+
+/// Goes on with a search, in its folder.
+pub(crate) fn resume(place: &Path, talk: &Talk) -> Result<(), Failure> {
+    let shown = place.display();
+    let earlier =
+        json(&place.join(SEARCH)).and_then(|found| serde_json::from_value::<Search>(found).ok());
+    let Some(earlier) = earlier else {
+        return Err(Failure::Usage {
+            message: format!("{shown} has no {SEARCH} that says where its search ended"),
+            help: "search again with `holonom optimize MODEL --force`".into(),
+        });
+    };
+    let rows = read_regular_text(&place.join(ITERATIONS), LARGEST).unwrap_or_default();
+    let (model, text) = earlier.text();
+    let model = ModelArguments { model: model.to_owned(), set: Vec::new() };
+    if !talk.quiet {
+        stderr::line(&format!("{shown}: the search goes on from where it ended"));
+    }
+    search(Asked {
+        arguments: &model,
+        text,
+        overrides: earlier.overrides(),
+        place: place.to_owned(),
+        force: true,
+        earlier: Some((earlier, rows)),
+        talk,
+    })
+}
+
+fn search(asked: Asked) -> Result<(), Failure> {
     let signals = Rc::new(Signals::watch());
-    let talk = &arguments.talk;
+    let talk = asked.talk;
     let visible = !talk.no_progress && !talk.quiet;
     let bar = progress::bar(visible, "{spinner} iteration {pos}, {msg}");
     let (shown, heard) = (bar.clone(), signals.clone());
@@ -47,10 +116,10 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
         ));
         heard.caught().is_none()
     }));
-    let overrides = arguments.model.set.clone();
-    let text = text_of(path);
+    let (text, overrides) = (&asked.text, &asked.overrides);
+    let from = asked.earlier.as_ref().and_then(|(earlier, _)| earlier.point());
     let mut failed = None;
-    let make = |model: &Model| match optimize_by_own_method(&text, &overrides, model, &watch) {
+    let make = |model: &Model| match optimize_by_own_method(text, overrides, model, from, &watch) {
         Ok(found) => Ok(Some(found)),
         Err(OptimizeFailure::Model(error)) => Err(error),
         Err(error) => {
@@ -58,31 +127,40 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
             Ok(None)
         }
     };
-    let input = Input::new(&arguments.model, overrides.clone(), talk.json);
+    let input = Input::new(asked.arguments, overrides.clone(), talk.json).of(text.clone());
     let (model, found) = input.assemble_as(make)?;
     bar.finish_and_clear();
     let Some(found) = found else { return Err(failure(failed)) };
     if !talk.quiet {
         warn_of_tolerance(&model);
     }
-    let (folder, files) = written((&model, &found), &place, arguments.force)?;
+    let (folder, files) = written((&model, &found), &asked)?;
     if talk.json {
         stdout::json(&serde_json::to_value(&found.report).unwrap_or_default())?;
     } else if !talk.quiet {
-        let text =
-            table(&found.report) + &format!("  {:13} {}: {files}\n", "written", place.display());
+        let place = asked.place.display();
+        let text = table(&found.report) + &format!("  {:13} {place}: {files}\n", "written");
         stdout::bytes(stderr::visible(&text).as_bytes())?;
     }
     drop(folder);
-    match (found.report.status, signals.caught()) {
-        (Status::Optimal, _) => Ok(()),
-        (Status::Stopped, signal) => {
-            Err(Failure::SearchInterrupted { signal: signal.unwrap_or(2), folder: place })
+    ended(&found.report, signals.caught(), asked.place)
+}
+
+/// What the program says of the end of a search, with its exit code.
+fn ended(found: &OptimumReport, signal: Option<u8>, folder: PathBuf) -> Result<(), Failure> {
+    let missed = found.missed.join("; ");
+    match found.status {
+        Status::Optimal => Ok(()),
+        Status::TurnsBounded => {
+            stderr::line(&format!("warning: {missed}"));
+            Ok(())
         }
-        (status, _) => {
-            let missed = found.report.missed.join("; ");
+        Status::Stopped => Err(Failure::SearchInterrupted { signal: signal.unwrap_or(2), folder }),
+        status => {
             let missed = if missed.is_empty() { String::new() } else { format!(" ({missed})") };
-            Err(Failure::NoOptimum(format!("no optimum: {}{missed}", status.words())))
+            let message = format!("no optimum: {}{missed}", status.words());
+            let unfinished = (status == Status::Unfinished).then_some(folder);
+            Err(Failure::NoOptimum { message, unfinished })
         }
     }
 }
@@ -90,19 +168,33 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
 /// Runs the model of an optimum, and writes all files.
 fn written(
     (model, found): (&Model, &Found),
-    place: &std::path::Path,
-    force: bool,
+    asked: &Asked,
 ) -> Result<(RunFolder, String), Failure> {
+    let (place, force) = (&asked.place, asked.force);
+    drop(RunFolder::create_for(place, &FILES, force)?);
     let folder = RunFolder::create(place, force)?;
-    let [of_numbers, page, iterations, controls, costates] = FILES;
+    let [of_numbers, page, iterations, controls, costates, prices, search] = FILES;
     let mut files = vec![of_numbers, page, iterations];
+    if !found.report.status.is_found()
+        && let Ok(own) =
+            Search::new(&asked.arguments.model, (&asked.text, &asked.overrides), found.kept.clone())
+    {
+        let text = serde_json::to_string(&own).unwrap_or_default();
+        folder.write(search, &(text + "\n"))?;
+        files.push(search);
+    }
     let json = format!("{:#}\n", serde_json::to_value(&found.report).unwrap_or_default());
     folder.write(of_numbers, &json)?;
-    folder.write(iterations, &found.iterations())?;
+    let earlier = asked.earlier.as_ref().map_or("", |(_, rows)| rows);
+    folder.write(iterations, &continued(earlier, &found.iterations()))?;
     if !found.controls.is_empty() {
         folder.write(controls, &found.controls())?;
         folder.write(costates, &found.costates())?;
         files.extend([controls, costates]);
+    }
+    if !found.prices.is_empty() {
+        folder.write(prices, &found.prices())?;
+        files.push(prices);
     }
     let mut simulation = prepare(&found.model).map_err(|error| {
         let remedy = "the model of the optimum is not valid: tell its developers";
@@ -125,6 +217,14 @@ fn written(
     let all: Vec<&str> = files.into_iter().chain(others).collect();
     let plots = if plots > 0 { format!(", {plots} plots") } else { String::new() };
     Ok((folder, all.join(", ") + &plots))
+}
+
+/// The rows of a table after those of an earlier one with the same columns.
+fn continued(earlier: &str, table: &str) -> String {
+    match (earlier.split_once('\n'), table.split_once('\n')) {
+        (Some((before, _)), Some((head, rows))) if before == head => format!("{earlier}{rows}"),
+        _ => table.to_owned(),
+    }
 }
 
 /// What there is instead of an optimum.

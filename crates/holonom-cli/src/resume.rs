@@ -9,10 +9,14 @@ use crate::arguments::{ModelArguments, ResumeArguments};
 use crate::failure::Failure;
 use crate::input::Input;
 use crate::run::{conduct, warn_of_assembly};
-use crate::stderr;
+use crate::{optimize, stderr};
 
 pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let (dir, talk) = (&arguments.dir, &arguments.talk);
+    let found = optimize::is_found(dir);
+    if found == Some(false) {
+        return optimize::resume(dir, talk);
+    }
     let model = dir.join("model.toml");
     if !model.is_file() {
         return Err(Failure::Usage {
@@ -24,6 +28,11 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let earlier = folder.summary().ok(); // a run that was killed at its very beginning has none
     if let Some(earlier) = earlier {
         match (earlier.status, earlier.failure) {
+            (Status::Done, _) if found.is_some() => {
+                let said = "the optimum is found already, nothing is left to do";
+                stderr::line(&format!("{}: {said}", dir.display()));
+                return Ok(());
+            }
             (Status::Done, _) => return complete(&folder),
             (Status::Failed, Some(failure)) => {
                 return Err(Failure::Run { failure, files: Vec::new() });

@@ -138,7 +138,7 @@ fn optimize<'py>(
         let each = move |at: &Progress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
         let each: holonom::optimize::Watch = Rc::new(RefCell::new(each));
         let Model { text, overrides, model } = model;
-        let found = optimize_by_own_method(text, overrides, model, &each);
+        let found = optimize_by_own_method(text, overrides, model, None, &each);
         (found, asked.replace(watch::Watch::new(None)))
     });
     asked.stopped()?;

@@ -30,16 +30,20 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
     let mut facts = Vec::new();
     let mut fact = |subject: &'static str, finding: String| facts.push(Fact { subject, finding });
     let iterations = counted(found.iterations, "iteration");
-    let sufficient = found.sufficient.map_or("", |own| match (own, found.parameters.is_empty()) {
-        (true, true) => ", second-order sufficient",
-        (true, false) => ", second-order sufficient in the controls",
-        (false, _) => ", second order not shown",
-    });
-    let words = match found.status {
-        Status::Optimal if found.terms.is_empty() => "the conditions are met",
-        status => status.words(),
+    let words = match (found.status, found.sufficient) {
+        (Status::Optimal, _) if found.terms.is_empty() => "the conditions are met",
+        (Status::Optimal, Some(false)) => "a stationary point, which may be no minimum",
+        (status, _) => status.words(),
     };
-    fact("status", format!("{words}, {iterations}{sufficient}"));
+    let second = match (found.status, found.sufficient) {
+        (Status::Optimal, Some(true)) if found.parameters.is_empty() => ", second-order sufficient",
+        (Status::Optimal, Some(true)) => ", second-order sufficient in the controls",
+        (Status::Optimal, Some(false)) => {
+            "; second order not shown: try another `guess`, or `starts`"
+        }
+        _ => "",
+    };
+    fact("status", format!("{words}, {iterations}{second}"));
     if !found.terms.is_empty() {
         let terms = found.terms.iter();
         let terms = terms.map(|own| format!("{} {}", own.name, rounded(own.value, 10)));
@@ -57,7 +61,9 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
         let active = found.controls.iter().filter(|own| own.at_bounds > 0);
         let active =
             active.map(|own| format!("`{}` in {}", own.name, counted(own.at_bounds, "step")));
-        let active: Vec<String> = active.collect();
+        let turns = found.turns_at_bound.filter(|count| *count > 0);
+        let turns = turns.map(|count| format!("turns of 1 rad in {}", counted(count, "step")));
+        let active: Vec<String> = active.chain(turns).collect();
         let words = if active.is_empty() { "none active".to_owned() } else { active.join(", ") };
         fact("bounds", words);
     }
@@ -68,35 +74,76 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
         let all = || found.refinements.iter();
         let costs: Vec<String> = all().map(|own| rounded(own.cost, 9)).collect();
         let steps: Vec<String> = all().map(|own| own.steps.to_string()).collect();
-        let order = found.convergence().map_or_else(String::new, |[order, limit]| {
-            format!(": order {order:.1}, limit about {}", rounded(limit, 7))
-        });
+        let order = match found.convergence() {
+            Some([order, limit]) => {
+                format!(": order {order:.1}, limit about {}", rounded(limit, 7))
+            }
+            None if all().all(|own| own.comparable) => String::new(),
+            None => ", which are not all optima of the same problem".to_owned(),
+        };
         let (costs, steps) = (costs.join(", "), steps.join(", "));
         fact("convergence", format!("cost {costs} at {steps} steps{order}"));
     }
     if let Some(own) = &found.replay {
         let steps =
             own.by_steps.map_or_else(String::new, |by| format!(", step by step to {by:.0e}"));
-        fact("replay", format!("the motion follows its controls to {:.0e}{steps}", own.deviation));
+        let follows = own.by_steps.unwrap_or(own.deviation) <= FOLLOWED;
+        let iterate =
+            matches!(found.status, Status::Infeasible | Status::Stopped | Status::Unfinished);
+        let words = match follows || !iterate {
+            true => format!("the motion follows its controls to {:.0e}{steps}", own.deviation),
+            false => "none: a search on its way has no motion of its controls yet".to_owned(),
+        };
+        fact("replay", words);
+    }
+    let halved = found.conditions.iter().filter_map(|own| Some((own, own.halved?)));
+    if let Some((own, by)) = halved.max_by(|a, b| a.1.total_cmp(&b.1)) {
+        let words = match by {
+            0.0 => "all conditions met by a run of half the step".to_owned(),
+            by => format!("a run of half the step misses `{}` by {by:.1e}", own.name),
+        };
+        fact("between nodes", words);
     }
     for own in &found.starts {
-        let (cost, words) = (rounded(own.cost, 9), own.status.words());
-        fact("start", format!("{}: cost {cost}, {words}", own.start));
+        let led = match own.count {
+            1 => String::new(),
+            count => format!(" ({count} starts)"),
+        };
+        let cost = if own.cost.is_finite() {
+            format!("cost {}, ", rounded(own.cost, 9))
+        } else {
+            String::new()
+        };
+        let why = if own.message.is_empty() { "" } else { ": " };
+        let (words, message) = (own.status.words(), &own.message);
+        fact("start", format!("{}: {cost}{words}{why}{message}{led}", own.start));
     }
     facts
 }
+
+/// Violations that count as none.
+const ROUNDING: f64 = 1e-9;
+/// Deviations of a run that is the motion.
+const FOLLOWED: f64 = 1e-8;
 
 /// How far conditions are met, and the dearest of them.
 fn conditions(found: &OptimumReport) -> String {
     let worst = found.conditions.iter().fold(0.0_f64, |worst, own| worst.max(own.violation));
     let met = match found.status {
         _ if worst == 0.0 => "all met".to_owned(),
-        Status::Optimal => format!("all met to {worst:.0e}"),
+        _ if worst <= ROUNDING => format!("all met to {worst:.0e}"),
         _ => format!("missed by {worst:.1e} at most"),
     };
     let dearest = found.conditions.iter().max_by(|a, b| a.price.abs().total_cmp(&b.price.abs()));
-    let price = dearest.filter(|own| own.price != 0.0).map_or_else(String::new, |own| {
-        format!("; the largest price: `{}`, {} for one more", own.name, rounded(own.price, 6))
-    });
+    let price = dearest.filter(|own| own.price != 0.0 && found.status.is_found()).map_or_else(
+        String::new,
+        |own| {
+            format!(
+                "; the largest price: `{}`, {} for one more",
+                own.label(),
+                rounded(own.price, 6)
+            )
+        },
+    );
     met + &price
 }

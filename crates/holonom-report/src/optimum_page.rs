@@ -10,6 +10,7 @@ use super::facts::rounded;
 use super::optimum_facts::{optimum_counts, optimum_facts};
 use super::page::{
     escape, figure, foot, head, heading, push_contents, push_grid, push_list, push_model,
+    push_warnings,
 };
 
 /// The values of each control over time, constant in each step, with its bounds.
@@ -82,7 +83,9 @@ pub fn optimum_page(model: &Model, found: &Found, scene: &str, command: &str) ->
     let own = &found.report;
     let mut html = head(&format!("{}: optimum", own.model));
     html += &heading(&own.model, &[optimum_counts(own)], command);
-    if own.status != Status::Optimal {
+    if own.status == Status::TurnsBounded {
+        push_warnings(&mut html, &own.missed);
+    } else if own.status != Status::Optimal {
         let missed = own.missed.iter().map(|words| format!("; {words}")).collect::<String>();
         let words = escape(&format!("No optimum: {}{missed}.", own.status.words()));
         let _ = writeln!(html, "<p class=\"failed\">{words}</p>");
@@ -184,18 +187,17 @@ fn push_conditions(html: &mut String, own: &OptimumReport) {
         false => rounded(price, 6),
     };
     let row = |own: &holonom_sim::optimize::ConditionMet| {
-        let violation = match own.violation {
-            0.0 => "0".to_owned(),
-            beyond => format!("{beyond:.1e}"),
-        };
-        let value = rounded(own.value, 12);
-        [own.name.clone(), value, bound(own.min), bound(own.max), violation, price(own.price)]
+        let beyond = |by: f64| if by == 0.0 { "0".to_owned() } else { format!("{by:.1e}") };
+        let halved = own.halved.map_or_else(|| "–".to_owned(), beyond);
+        let [value, missed] = [rounded(own.value, 12), beyond(own.violation)];
+        [own.label(), value, bound(own.min), bound(own.max), missed, halved, price(own.price)]
     };
-    let names = ["condition", "value", "least", "largest", "missed by", "price"];
+    let names =
+        ["condition", "value", "least", "largest", "missed by", "at half the step", "price"];
     push_grid(html, &names, own.conditions.iter().map(row));
     html.push_str(
         "<p class=\"note\">The price is what the cost grows by where the bound is one unit larger. \
-         Along the path the value is the one nearest to a bound.</p>\n",
+         Along the path the value is the one nearest to a bound. A run of half the step has nodes between the nodes.</p>\n",
     );
 }
 
@@ -242,10 +244,12 @@ mod tests {
         let torque = ControlFound { name: "torque".into(), min, max, largest: 2.0, at_bounds: 0 };
         let up = ConditionMet {
             name: "up <".into(),
+            of: None,
             value: 1.0,
             min: Some(1.0),
             max: Some(1.0),
             violation: 0.0,
+            halved: Some(2e-5),
             price: -7.5,
         };
         let report = OptimumReport {
@@ -259,7 +263,7 @@ mod tests {
             controls: vec![torque],
             conditions: vec![up],
             refinements: [(1, 2.0), (2, 1.25)]
-                .map(|(steps, cost)| Refinement { steps, cost })
+                .map(|(steps, cost)| Refinement { steps, cost, comparable: true })
                 .into(),
             ..OptimumReport::default()
         };
@@ -269,7 +273,16 @@ mod tests {
         };
         let steps = vec![step(1, 4.0), step(1, 2.0), step(2, 1.25)];
         let controls = vec![vec![-1.0], vec![2.0]];
-        Found { report, steps, model: model.clone(), costates: Vec::new(), controls }
+        let kept = holonom_sim::optimize::Kept::default();
+        Found {
+            report,
+            steps,
+            model: model.clone(),
+            costates: Vec::new(),
+            prices: Vec::new(),
+            controls,
+            kept,
+        }
     }
 
     #[test]
@@ -316,7 +329,7 @@ mod tests {
         let page = optimum_page(&model, &own, "<p>scene</p>", "holonom optimize m.toml");
         for words in [
             "<p>scene</p>",
-            "<td>up &lt;</td><td>1</td><td>1</td><td>1</td><td>0</td><td>-7.5</td>",
+            "<td>up &lt;</td><td>1</td><td>1</td><td>1</td><td>0</td><td>2.0e-5</td><td>-7.5</td>",
             "<td>torque</td><td>–</td><td>3</td><td>2</td><td>0</td>",
             "<td>cheap</td><td>1.25</td><td>100.0 %</td>",
             "<td>2</td><td>1.25</td><td>-7.500e-1</td>",

@@ -18,7 +18,8 @@ const END: f64 = STEP * STEPS as f64;
 fn optimum(text: &str) -> Found {
     let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
     let text = ModelText::from_text(Path::new("model.toml"), text);
-    let found = optimize_by_own_method(&text, &[], &text.model(&[]).unwrap(), &watch).unwrap();
+    let found =
+        optimize_by_own_method(&text, &[], &text.model(&[]).unwrap(), None, &watch).unwrap();
     println!("{}", found.iterations());
     found
 }
@@ -107,6 +108,63 @@ fn columns_of_least_efforts() {
     check(&Tables::alone("iterations", &found.iterations()), &efforts, &of_the_method);
     check(&Tables::alone("controls", &found.controls()), &efforts, &[]);
     check(&Tables::alone("costates", &found.costates()), &efforts, &[]);
+}
+
+/// What bounds cost, of a force that is bounded and of a way that is: the force would go on along
+/// its line, `z_n = h (line_n − max)`, and the multipliers `m` of the balances bend at the bound of
+/// the way, by `(M/h)(2 m_n − m_{n−1} − m_{n+1})`.
+#[cfg(feature = "pounce")]
+#[test]
+fn columns_of_prices() {
+    const MOST: f64 = 3.0;
+    let text = [
+        head("prices", &format!("step = {STEP}, end = {END:?}")),
+        mass("a", ""),
+        mass("b", "rate = -1.0\n"),
+        part("control", "a") + &format!("joint = \"a_slide\"\nmax = {MOST:?}\n"),
+        part("control", "b") + "joint = \"b_slide\"\n",
+        part("condition", "there") + "sensor = \"a_at\"\nequals = 0.5\n",
+        part("condition", "back") + "sensor = \"b_at\"\nequals = 0.0\n",
+        part("condition", "low") + "sensor = \"b_at\"\nat = \"path\"\nmin = -0.1\n",
+        part("condition", "still") + "type = \"rest\"\n",
+        part("objective", "cheap") + "type = \"effort\"\n",
+        "[optimize]\nrefine = 0\n".to_owned(),
+    ]
+    .concat();
+    let found = optimum(&text);
+    println!("{}", found.prices());
+    let (u, m) = (|n: usize| found.controls[n][0], |n: usize| found.costates[n][1]);
+    let known = |_: &Tables, name: &str| {
+        let values = match name.strip_prefix("prices/")? {
+            "t" => (0..=STEPS).map(|n| STEP * n as f64).collect(),
+            "control.a" => {
+                let (middle, slope) = (u(12), u(13) - u(12));
+                let line = |n: usize| middle + slope * (n as f64 - 12.0);
+                let price = |n: usize| -STEP * (line(n) - MOST).max(0.0);
+                (0..STEPS).map(price).chain([f64::NAN]).collect()
+            }
+            "condition.low" => {
+                let bend = |n: usize| 2.0 / STEP * (2.0 * m(n) - m(n - 1) - m(n + 1));
+                let inner = (1..STEPS - 1).map(bend);
+                let ends = [f64::NAN; 2];
+                std::iter::once(f64::NAN).chain(inner).chain(ends).collect()
+            }
+            _ => return None,
+        };
+        Some(Known::new(values, 1e-7))
+    };
+    let tables = Tables::alone("prices", &found.prices());
+    for name in ["control.a", "condition.low"] {
+        let largest = tables
+            .column(&format!("prices/{name}"))
+            .iter()
+            .fold(0.0_f64, |most, own| most.max(own.abs()));
+        assert!(largest > 1e-2, "{name}");
+    }
+    check(&tables, &known, &[]);
+    let low = found.report.conditions.iter().find(|own| own.name == "low").unwrap();
+    let sum: f64 = tables.column("prices/condition.low").iter().filter(|own| !own.is_nan()).sum();
+    assert!((low.price - sum).abs() < 1e-12 * sum.abs(), "{} for {sum}", low.price);
 }
 
 /// Of the least `½ Σ h u²` from rest to rest over `d`, of `N` steps: the effort decreases by `c`

@@ -21,7 +21,7 @@ pub enum ConditionKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged, expecting = "`at` is \"end\", \"path\" or a time in s")]
 pub enum ConditionTime {
-    /// At the end, or at every node after the start.
+    /// At the end, or at every node; a start that nothing changes has to meet it.
     Word(CountedAt),
     /// At a time that is a node, s.
     Time(f64),

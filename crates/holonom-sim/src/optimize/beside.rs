@@ -7,9 +7,9 @@
 //! Each value of `V` is an optimum of its own, judged and replayed, that is looked for from the one
 //! before. The method for the parameters is [`vi_control::constrained_least_squares`].
 
-use super::control::{Searched, search};
+use super::control::{self, Searched, search};
 use super::design::{free, parameters_found};
-use super::found::{Found, OptimizeFailure, StartFound, Status, Step, Watch};
+use super::found::{Found, OptimizeFailure, Refinement, StartFound, Status, Step, Watch};
 use super::node::take_times;
 use super::verdict::{is_distance, report, status, with_sensors};
 use crate::design::refused;
@@ -24,12 +24,14 @@ use vi_control::constrained_least_squares::{Conditions, DesignOutcome, minimise}
 use vi_control::least_squares::{FitError, Parameter, Refused, Residuals};
 use vi_control::optimum::{Optimum, Verdict};
 use vi_control::program::NlpSolver;
+use vi_control::transcription::Held;
 
 /// The search of the controls for some parameters.
 struct Solved {
     theta: Vec<f64>,
     model: Model,
     found: Optimum,
+    refinements: Vec<Refinement>,
 }
 
 /// `V`, a residual that counts as it is.
@@ -38,12 +40,15 @@ struct LeastCost<'a> {
     settings: &'a Optimize,
     method: &'a mut dyn NlpSolver,
     progress: &'a Watch,
+    /// Where the first search goes on from.
+    from: Option<&'a Held>,
     optima: Vec<Solved>,
     /// The last search that ended elsewhere.
     missed: Option<Solved>,
     /// Of the first search.
     starts: Vec<StartFound>,
     rows: Vec<Step>,
+    unknowns: Vec<String>,
     iterations: usize,
     /// What no parameters mend.
     failure: Option<OptimizeFailure>,
@@ -54,6 +59,7 @@ impl<'a> LeastCost<'a> {
         (text, overrides): (&'a ModelText, &'a [Override]),
         settings: &'a Optimize,
         (method, progress): (&'a mut dyn NlpSolver, &'a Watch),
+        point: Option<&'a Held>,
     ) -> Self {
         let parameters = settings.parameters.keys().cloned().collect();
         let (initial, reads, joints) = (Vec::new(), Vec::new(), Vec::new());
@@ -64,10 +70,12 @@ impl<'a> LeastCost<'a> {
             settings,
             method,
             progress,
+            from: point,
             optima: Vec::new(),
             missed: None,
             starts: Vec::new(),
             rows: Vec::new(),
+            unknowns: Vec::new(),
             iterations: 0,
             failure: None,
         }
@@ -86,29 +94,31 @@ impl<'a> LeastCost<'a> {
             self.failure.get_or_insert(error);
             Refused(words)
         })?;
-        let (model, Searched { found, mut rows, starts }) = searched;
+        let (model, Searched { found, mut rows, starts, refinements, unknowns }) = searched;
+        self.unknowns = unknowns;
         rows.iter_mut().for_each(|row| row.parameters = theta.to_vec());
         self.rows.append(&mut rows);
         self.iterations += found.iterations;
         if self.optima.is_empty() {
             self.starts = starts;
         }
-        let solved = Solved { theta: theta.to_vec(), model, found };
+        let solved = Solved { theta: theta.to_vec(), model, found, refinements };
         if solved.found.verdict == Verdict::Optimal {
             self.optima.push(solved);
             return Ok(self.optima.len() - 1);
         }
-        let words = status(&solved.found.verdict).words().to_owned();
+        let words = status(&solved.found).words().to_owned();
         self.missed = Some(solved);
         Err(Refused(words))
     }
 
     fn searched(&mut self, theta: &[f64]) -> Result<(Model, Searched), OptimizeFailure> {
         let model = self.trials.model(theta)?;
-        let from = self.optima.last().map(|own| &own.found.motion);
-        let settings = match from {
-            Some(_) => &Optimize { refine: 0, starts: 1, ..self.settings.clone() },
-            None => self.settings,
+        let one = Optimize { refine: 0, starts: 1, ..self.settings.clone() };
+        let (from, settings) = match (self.optima.last(), self.from.take()) {
+            (Some(own), _) => (control::From::Motion(&own.found.motion), &one),
+            (None, Some(held)) => (control::From::Point(held), self.settings),
+            (None, None) => (control::From::Guess, self.settings),
         };
         let searched = search(&model, settings, (&mut *self.method, self.progress), from)?;
         Ok((model, searched))
@@ -120,7 +130,7 @@ impl<'a> LeastCost<'a> {
 
     /// `dV/dθ` at an optimum.
     fn slopes(&self, solved: &Solved) -> Result<Vec<f64>, GradientFailure> {
-        let Solved { theta, model, found } = solved;
+        let Solved { theta, model, found, .. } = solved;
         let overrides = self.trials.overrides(theta);
         let names = &self.trials.parameters;
         let (mut counted, prices) = with_prices(model, found);
@@ -267,12 +277,12 @@ fn movable(
 pub(super) fn both(
     (text, overrides, model): (&ModelText, &[Override], &Model),
     settings: &Optimize,
-    method: &mut dyn NlpSolver,
-    progress: &Watch,
+    (method, progress): (&mut dyn NlpSolver, &Watch),
+    from: Option<&Held>,
 ) -> Result<Found, OptimizeFailure> {
     let parameters = free(text, overrides, settings)?;
     movable(text, overrides, &parameters)?;
-    let mut least = LeastCost::new((text, overrides), settings, (method, progress));
+    let mut least = LeastCost::new((text, overrides), settings, (method, progress), from);
     let counts = Conditions { values: vec![1.0], ..Conditions::default() };
     let most = settings.max_iterations;
     let found = minimise(&mut least, &counts, &parameters, most, &mut |_| true);
@@ -300,13 +310,15 @@ pub(super) fn both(
             None => return Err(OptimizeFailure::Run("there is no search".to_owned())),
         },
     };
-    let Solved { theta, model: own, found } = solved;
-    let mut found = report(&own, found, (least.rows, least.starts));
-    found.report.iterations = least.iterations;
+    let Solved { theta, model: own, found, refinements } = solved;
+    let LeastCost { rows, starts, unknowns, iterations, missed: last, .. } = least;
+    let mut found = report(&own, Searched { found, rows, starts, refinements, unknowns });
+    found.report.iterations = iterations;
     found.report.parameters = parameters_found(&parameters, &theta);
-    if found.report.status == Status::Optimal {
+    found.kept.parameters = parameters.iter().map(|own| own.name.clone()).zip(theta).collect();
+    if found.report.status.is_found() {
         found.report.status = match ended {
-            DesignOutcome::Optimal => Status::Optimal,
+            DesignOutcome::Optimal => found.report.status,
             _ if stopped => Status::Stopped,
             _ => Status::Unfinished,
         };
@@ -314,7 +326,7 @@ pub(super) fn both(
     if found.report.status == Status::Unfinished && found.report.missed.is_empty() {
         let words =
             "the controls are an optimum, the parameters are not: no step of them lowers the cost";
-        let last = least.missed.map(|own| status(&own.found.verdict).words());
+        let last = last.map(|own| status(&own.found).words());
         found.report.missed = vec![match last {
             Some(last) => format!("{words}; the last other parameters: {last}"),
             None => words.to_owned(),
@@ -332,7 +344,7 @@ pub(super) fn least_cost(
     method: &mut dyn NlpSolver,
     progress: &Watch,
 ) -> Result<(f64, Vec<f64>), Refused> {
-    let mut least = LeastCost::new((text, &[]), settings, (method, progress));
+    let mut least = LeastCost::new((text, &[]), settings, (method, progress), None);
     let (mut cost, mut slopes) = ([0.0], DMatrix::zeros(1, theta.len()));
     least.evaluate(theta, &mut cost, Some(&mut slopes))?;
     Ok((cost[0], slopes.as_slice().to_vec()))

@@ -33,7 +33,7 @@ fn compare(name: &str, text: &str, by: &[(&str, f64)], optimize: &str) {
         let at = |value: f64| {
             let own = [Override::new(full.clone(), format!("{value:?}"))];
             let found = found(&free(""), &own).unwrap();
-            assert_eq!(found.report.status, Status::Optimal, "{name} {key}: {:?}", found.report);
+            assert!(found.report.status.is_found(), "{name} {key}: {:?}", found.report);
             found.report.cost
         };
         let step = 2e-4 * value.abs().max(0.1);
@@ -248,6 +248,7 @@ fn what_has_no_least_cost_is_said() {
     }));
     let text = ModelText::from_text(Path::new("model.toml"), &(PENDULUM.to_owned() + free));
     let model = text.model(&[]).unwrap();
-    let own = optimize(&text, &[], &model, Some(&mut Pounce::default()), &progress).unwrap();
+    let own =
+        optimize((&text, &[], &model), Some(&mut Pounce::default()), None, &progress).unwrap();
     assert_eq!(own.report.status, Status::Stopped, "{:?}", own.report);
 }

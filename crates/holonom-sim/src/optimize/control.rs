@@ -3,10 +3,10 @@
 //! The program, its refinement and the verdict are those of [`vi_control::optimum`]; here stand the
 //! beginnings of a search and its runs.
 
-use super::found::{Found, OptimizeFailure, Progress, SEED, StartFound, Step, Watch};
+use super::found::{Found, OptimizeFailure, Progress, Refinement, SEED, StartFound, Step, Watch};
 use super::node::{begins, take_times};
 use super::reader::{Reader, supported};
-use super::verdict::{report, status};
+use super::verdict::{names_of_unknowns, report, starts_outside, status};
 use crate::design::refused;
 use crate::gradient::prepared::{Begin, Prepared};
 use crate::output::RunFolder;
@@ -22,13 +22,13 @@ use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
 use vi_constraints::integrator::SetupError;
-use vi_control::optimum::{self, OptimizeError, Optimum, Setting, Verdict};
-use vi_control::program::{Iterate, NlpSolver};
+use vi_control::optimum::{self, Level, OptimizeError, Optimum, Setting, Verdict};
+use vi_control::program::{Iterate, NlpSolver, SolverError};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
     FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity, Rest, Uncovered, When,
 };
-use vi_control::transcription::{Guess, Motion, Path, Transcription};
+use vi_control::transcription::{Guess, Held, Motion, Path, Transcription};
 use vi_multibody::held_effort::HeldEffort;
 
 /// Size of disturbances of a beginning, m or rad.
@@ -115,8 +115,8 @@ impl<'a> ModelSetting<'a> {
         Ok(Beginning::Run(nodes, Vec::new()))
     }
 
-    /// The motion and the controls of an earlier optimum.
-    fn earlier(&self, folder: &str) -> Result<Beginning, ModelError> {
+    /// The motion and the controls of an earlier optimum, and its time where that is free.
+    fn earlier(&mut self, folder: &str) -> Result<Beginning, ModelError> {
         let key = "optimize.guess";
         let help = "name the folder of an earlier optimum, or write \"line\" or \"run\"";
         let refuse = |what: String| refused(key, what, help);
@@ -137,6 +137,9 @@ impl<'a> ModelSetting<'a> {
         if nodes.first().map(Vec::len) != Some(self.begin.q.len()) || nodes.len() != rows.len() + 1
         {
             return Err(refuse(format!("`{folder}`, which is of another mechanism")));
+        }
+        if let FinalTime::Free { min, max, guess } = &mut self.problem.time {
+            *guess = earlier.settings.end.clamp(*min, *max);
         }
         Ok(Beginning::Run(nodes, rows))
     }
@@ -170,6 +173,19 @@ impl<'a> ModelSetting<'a> {
             }
         }
         problem
+    }
+
+    /// Whether the problem of fewer steps is that of all: conditions at the same times, and values
+    /// of controls that last as long, or each a step.
+    fn is_of_all(&self, steps: usize) -> bool {
+        let all = self.problem.steps;
+        let alike = |count: usize| (count * steps).is_multiple_of(all);
+        let holds = self.problem.controls.iter().map(|own| own.hold);
+        let nodes = self.problem.conditions.iter().filter_map(|own| match own.when {
+            When::Node(node) => Some(node),
+            When::End | When::Path => None,
+        });
+        holds.filter(|hold| *hold > 1).chain(nodes).all(alike)
     }
 
     fn guess(&self, steps: usize) -> Guess {
@@ -241,11 +257,11 @@ fn nodes_of(model: &Model) -> Result<Vec<Vec<f64>>, ModelError> {
 pub(super) fn control(
     model: &Model,
     settings: &Optimize,
-    method: &mut dyn NlpSolver,
-    progress: &Watch,
+    method: (&mut dyn NlpSolver, &Watch),
+    from: Option<&Held>,
 ) -> Result<Found, OptimizeFailure> {
-    let Searched { found, rows, starts } = search(model, settings, (method, progress), None)?;
-    Ok(report(model, found, (rows, starts)))
+    let from = from.map_or(From::Guess, From::Point);
+    Ok(report(model, search(model, settings, method, from)?))
 }
 
 /// What a search has found, with its iterations and what its beginnings came to.
@@ -253,64 +269,101 @@ pub(super) struct Searched {
     pub(super) found: Optimum,
     pub(super) rows: Vec<Step>,
     pub(super) starts: Vec<StartFound>,
+    /// The optima of the best one with fewer steps.
+    pub(super) refinements: Vec<Refinement>,
+    /// The names of the unknowns of the tree.
+    pub(super) unknowns: Vec<String>,
 }
 
-/// Looks for the controls of a model, from the motion of another one where it is given.
+/// What a search begins with.
+#[derive(Clone, Copy)]
+pub(super) enum From<'a> {
+    /// The guess of the model.
+    Guess,
+    /// The motion of the same mechanism with other numbers.
+    Motion(&'a Motion),
+    /// Where an earlier search of the same problem ended.
+    Point(&'a Held),
+}
+
+/// Looks for the controls of a model.
 pub(super) fn search(
     model: &Model,
     settings: &Optimize,
     (method, progress): (&mut dyn NlpSolver, &Watch),
-    from: Option<&Motion>,
+    from: From<'_>,
 ) -> Result<Searched, OptimizeFailure> {
+    let alone = Optimize { guess: "line".to_owned(), starts: 1, ..settings.clone() };
+    let (settings, held) = match from {
+        From::Point(held) => (&alone, Some(held)),
+        From::Guess | From::Motion(_) => (settings, None),
+    };
     let mut setting = ModelSetting::new(model, settings)?;
-    if let Some(motion) = from {
+    if let From::Motion(motion) = from {
         setting.begin_beside(motion);
     }
     let (steps, d) = (setting.problem.steps, setting.change.len());
     let mut random = Random(SEED);
-    let (mut best, mut starts): (Option<(Optimum, Vec<Step>)>, _) = (None, Vec::new());
+    let (mut best, mut starts): (Option<Optimum>, _) = (None, Vec::new());
+    let rows: Rc<RefCell<Vec<Step>>> = Rc::default();
     for start in 1..=settings.starts {
         if start > 1 {
             let by = (0..d).map(|_| DISTURBED * random.number()).collect();
             setting.beginning = Beginning::Line(by);
         }
-        let rows: Rc<RefCell<Vec<Step>>> = Rc::default();
-        let (seen, told) = (rows.clone(), progress.clone());
+        let (seen, before) = (rows.clone(), rows.borrow().len());
+        let told = progress.clone();
         let watch = move |steps: usize, at: &Iterate| {
             let iterate = *at;
             seen.borrow_mut().push(Step { start, steps, iterate, parameters: Vec::new() });
-            let iteration = seen.borrow().len();
+            let iteration = seen.borrow().len() - before;
             let Iterate { cost, infeasibility, .. } = iterate;
             let goes_on = (told.borrow_mut())(&Progress { start, iteration, cost, infeasibility });
             if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let watch: optimum::Progress = Rc::new(RefCell::new(watch));
-        let found = optimum::optimize(method, &setting, steps, settings.refine, &watch);
+        let counts = (steps, settings.refine);
+        let found = optimum::optimize(method, &setting, counts, held, &watch);
         let found = found.map_err(|error| match error {
+            OptimizeError::Problem(ProblemError::Start { condition, value, .. }) => {
+                OptimizeFailure::Model(starts_outside(model, condition, value))
+            }
             OptimizeError::Problem(error) => {
                 let help = remedy(&error);
                 OptimizeFailure::Model(refused("optimize", error.to_string(), help))
             }
+            OptimizeError::Another => OptimizeFailure::Another,
+            OptimizeError::Method(SolverError::Environment(name)) => {
+                let what = format!("a search beside the environment variable `{name}`, which would change the method");
+                OptimizeFailure::Model(refused("optimize", what, "unset it"))
+            }
             error => OptimizeFailure::Run(error.to_string()),
         })?;
-        let (status, cost) = (status(&found.verdict), found.cost());
-        starts.push(StartFound { start, status, cost, message: String::new() });
+        let (status, cost) = (status(&found), found.cost());
+        StartFound::add(&mut starts, status, cost, String::new());
         let stopped = found.verdict == Verdict::Stopped;
-        let rank = |own: &Optimum| (own.verdict != Verdict::Optimal, own.cost());
-        if best.as_ref().is_none_or(|(other, _)| rank(&found) < rank(other)) {
-            best = Some((found, best.take().map_or_else(Vec::new, |own| own.1)));
-        }
-        if let Some((_, all)) = &mut best {
-            all.append(&mut rows.borrow_mut());
+        let rank = |own: &Optimum| {
+            (own.verdict != Verdict::Optimal, !own.bounded_turns.is_empty(), own.cost())
+        };
+        if best.as_ref().is_none_or(|other| rank(&found) < rank(other)) {
+            best = Some(found);
         }
         if stopped {
             break;
         }
     }
-    let Some((found, rows)) = best else {
+    let Some(found) = best else {
         return Err(OptimizeFailure::Run("there is no search".to_owned()));
     };
-    Ok(Searched { found, rows, starts })
+    let rows = rows.take();
+    let unknowns = names_of_unknowns(&setting.system.mechanism);
+    let refinements = found.levels.iter().map(|&Level { steps, cost, is_optimal }| Refinement {
+        steps,
+        cost,
+        comparable: is_optimal && setting.is_of_all(steps),
+    });
+    let refinements = refinements.collect();
+    Ok(Searched { found, rows, starts, refinements, unknowns })
 }
 
 /// What helps where there is no program.

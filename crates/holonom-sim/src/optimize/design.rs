@@ -7,240 +7,25 @@
 //! The method is [`vi_control::constrained_least_squares`].
 
 use super::found::{
-    ConditionMet, Found, OptimizeFailure, OptimumReport, ParameterFound, Progress, SEED,
-    StartFound, Status, Step, plain,
+    ConditionMet, Found, OptimizeFailure, OptimumReport, ParameterFound, ProblemSize, Progress,
+    SEED, StartFound, Status, Step, plain,
 };
-use super::node::node;
+use super::kept::Kept;
+use super::rows::{Rows, last_step};
+use super::verdict::missed;
 use crate::design::{number, refused};
-use crate::gradient::prepared::last_node;
-use crate::gradient::trial::{From, ModelTrials, Read, SensorRead};
-use crate::gradient::{TermValue, equilibrium};
+use crate::gradient::TermValue;
+use crate::gradient::trial::{From, ModelTrials};
 use crate::random::Random;
-use crate::shown::reading;
-use crate::system;
 use holonom_model::{
-    Condition, ConditionKind, ConditionTime, CountedAt, Model, ModelError, ModelText, Objective,
-    ObjectiveKind, Optimize, Override, Scheme,
+    ConditionKind, Model, ModelError, ModelText, Objective, ObjectiveKind, Optimize, Override,
 };
 use vi_control::constrained_least_squares::{
     Conditions, Design, DesignOutcome, Evaluation, minimise,
 };
-use vi_control::identification::{MotionResiduals, Reading, Series};
+use vi_control::identification::MotionResiduals;
 use vi_control::least_squares::{FitError, Parameter, Residuals};
 use vi_control::program::Iterate;
-
-/// Which rows of the residuals are of what.
-struct Rows {
-    series: Vec<Series>,
-    reads: Vec<Read>,
-    /// Of each objective: its rows.
-    objectives: Vec<std::ops::Range<usize>>,
-    /// Of rows that count as they are, after those of squares: what they are weighted with.
-    weights: Vec<f64>,
-    /// Of each condition: its rows.
-    conditions: Vec<std::ops::Range<usize>>,
-    bounds: Vec<[f64; 2]>,
-    count: usize,
-}
-
-impl Rows {
-    fn new(model: &Model) -> Result<Self, ModelError> {
-        if model.settings.scheme == Scheme::Static {
-            equilibrium::supported(model, &[])?;
-        }
-        let (series, reads, objectives) = (Vec::new(), Vec::new(), Vec::new());
-        let (weights, conditions, bounds) = (Vec::new(), Vec::new(), Vec::new());
-        let mut rows = Self { series, reads, objectives, weights, conditions, bounds, count: 0 };
-        rows.objectives = vec![0..0; model.objectives.len()];
-        for values in [false, true] {
-            for (k, own) in model.objectives.iter().enumerate() {
-                if (own.kind == ObjectiveKind::Value) == values {
-                    rows.objectives[k] = rows.objective(model, own)?;
-                }
-            }
-        }
-        rows.conditions(model)?;
-        if rows.count == 0 {
-            let what = "a design without an aim";
-            let help = "add an [[objective]] of type \"sensor\" or \"value\", or a [[condition]]";
-            return Err(refused("optimize", what, help));
-        }
-        Ok(rows)
-    }
-
-    /// Adds an objective; returns its rows.
-    fn objective(
-        &mut self,
-        model: &Model,
-        own: &Objective,
-    ) -> Result<std::ops::Range<usize>, ModelError> {
-        let first = self.count;
-        let key = format!("objective.{}", own.name);
-        match own.kind {
-            ObjectiveKind::Sensor | ObjectiveKind::Momentum if own.weight <= 0.0 => {
-                let what = "a design that makes a square largest";
-                let help = "write a positive weight: the sum of squares becomes least";
-                return Err(refused(&format!("{key}.weight"), what, help));
-            }
-            ObjectiveKind::Sensor | ObjectiveKind::Value => {
-                let (last, h) = (last_step(model), model.settings.step);
-                match own.at {
-                    CountedAt::End => self.count_at(model, own, vec![last], own.weight),
-                    CountedAt::Path => {
-                        // the trapezoidal rule
-                        self.count_at(model, own, (1..last).collect(), own.weight * h);
-                        self.count_at(model, own, vec![0, last], 0.5 * own.weight * h);
-                    }
-                }
-            }
-            ObjectiveKind::Time => (),
-            ObjectiveKind::Momentum => {
-                let key = format!("{key}.type");
-                let unknowns = moving(model, &key)?;
-                self.momenta(model, (&key, unknowns), [0.0, 1.0 / own.weight.sqrt()]);
-            }
-            _ => {
-                let what = "a design by efforts of controls";
-                let help = "take a sensor: without controls there is no effort";
-                return Err(refused(&format!("{key}.type"), what, help));
-            }
-        }
-        Ok(first..self.count)
-    }
-
-    /// Counts what a sensor shows at some nodes.
-    fn count_at(&mut self, model: &Model, own: &Objective, nodes: Vec<usize>, weight: f64) {
-        let sensor = own.sensor.clone().unwrap_or_default();
-        let key = format!("objective.{}.sensor", own.name);
-        let of_row = match own.kind {
-            ObjectiveKind::Value => {
-                self.weights.extend(nodes.iter().map(|_| weight));
-                [0.0, 1.0]
-            }
-            _ => [own.target, 1.0 / weight.sqrt()],
-        };
-        self.read(model, (&key, &sensor), nodes, of_row);
-    }
-
-    fn conditions(&mut self, model: &Model) -> Result<(), ModelError> {
-        for own in &model.conditions {
-            let first = self.count;
-            let key = format!("condition.{}", own.name);
-            if own.kind == ConditionKind::Rest {
-                let unknowns = resting(model, own)?;
-                self.bounds.extend(vec![[0.0; 2]; unknowns.len()]);
-                self.momenta(model, (&format!("{key}.type"), unknowns), [0.0, 1.0]);
-                self.conditions.push(first..self.count);
-                continue;
-            }
-            let nodes = nodes_of(own, model)?;
-            let sensor = own.sensor.clone().unwrap_or_default();
-            self.bounds.extend(vec![own.bounds(); nodes.len()]);
-            self.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
-            self.conditions.push(first..self.count);
-        }
-        Ok(())
-    }
-
-    fn read(
-        &mut self,
-        model: &Model,
-        (key, sensor): (&str, &str),
-        nodes: Vec<usize>,
-        [value, sigma]: [f64; 2],
-    ) {
-        self.count += nodes.len();
-        let values = vec![value; nodes.len()];
-        let steps = nodes.into_iter().map(|node| node as f64).collect();
-        self.series.push(Series {
-            sensor: self.reads.len(),
-            reading: reading(model, sensor),
-            sigma,
-            steps,
-            values,
-        });
-        let own = SensorRead { key: key.to_owned(), sensor: sensor.to_owned() };
-        self.reads.push(Read::Sensor(own));
-    }
-
-    /// Momenta along unknowns of the tree at the end.
-    fn momenta(
-        &mut self,
-        model: &Model,
-        (key, unknowns): (&str, Vec<usize>),
-        [value, sigma]: [f64; 2],
-    ) {
-        for unknown in unknowns {
-            self.count += 1;
-            let (sensor, reading) = (self.reads.len(), Reading::Value);
-            let steps = vec![last_step(model) as f64];
-            self.series.push(Series { sensor, reading, sigma, steps, values: vec![value] });
-            self.reads.push(Read::Momentum { key: key.to_owned(), unknown });
-        }
-    }
-}
-
-/// All unknowns of the tree.
-fn moving(model: &Model, key: &str) -> Result<Vec<usize>, ModelError> {
-    if model.settings.scheme == Scheme::Static {
-        let help = "take sensors: at an equilibrium nothing moves";
-        return Err(refused(key, "momenta of an equilibrium", help));
-    }
-    Ok((0..system::build(model)?.mechanism.tree().dof()).collect())
-}
-
-/// The unknowns of the tree that are at rest at the end.
-fn resting(model: &Model, own: &Condition) -> Result<Vec<usize>, ModelError> {
-    let key = format!("condition.{}", own.name);
-    let all = moving(model, &format!("{key}.type"))?;
-    if own.of.is_empty() {
-        return Ok(all);
-    }
-    let mechanism = system::build(model)?.mechanism;
-    let mut unknowns = Vec::new();
-    for name in &own.of {
-        for freedom in 0..model.joint(name).map_or(0, |joint| joint.pair().dof()) {
-            let mut joints = mechanism.description().joints.iter();
-            let joint = joints.find(|joint| joint.name == *name);
-            let found = joint.and_then(|joint| mechanism.tree().unknown_of(joint, freedom));
-            let Some(found) = found else {
-                let what = format!("rest of `{name}`, which closes a loop");
-                let help = "write `cut = true` at another joint of the loop";
-                return Err(refused(&format!("{key}.of"), what, help));
-            };
-            unknowns.push(found.index);
-        }
-    }
-    Ok(unknowns)
-}
-
-/// The number of the last node: of statics that of the run that stands at the last equilibrium.
-fn last_step(model: &Model) -> usize {
-    match model.settings.scheme {
-        Scheme::Static => 0,
-        _ => last_node(model),
-    }
-}
-
-/// The nodes at which a condition holds.
-fn nodes_of(own: &Condition, model: &Model) -> Result<Vec<usize>, ModelError> {
-    let last = last_step(model);
-    if model.settings.scheme == Scheme::Static {
-        let key = format!("condition.{}", own.name);
-        let sensor = own.sensor.as_deref().unwrap_or_default();
-        equilibrium::resting(model, &format!("{key}.sensor"), sensor)?;
-        if own.at != ConditionTime::Word(CountedAt::End) {
-            let what = "a condition along a path of equilibria";
-            let help = "remove `at`: a condition of statics is that of the last equilibrium";
-            return Err(refused(&format!("{key}.at"), what, help));
-        }
-    }
-    Ok(match own.at {
-        ConditionTime::Word(CountedAt::End) => vec![last],
-        ConditionTime::Word(CountedAt::Path) => (1..=last).collect(),
-        ConditionTime::Time(time) => vec![node(model, &own.name, time)?],
-    })
-}
 
 /// The parameters that are free, at their values.
 pub(super) fn free(
@@ -292,11 +77,13 @@ pub(super) fn design(
     let wrong =
         |error: vi_control::identification::SeriesError| OptimizeFailure::Run(error.to_string());
     let mut residuals = MotionResiduals::new(trials(), rows.series.clone()).map_err(wrong)?;
+    rows.start_within(model, &mut residuals, &begin)?;
     let first = rows.count - rows.bounds.len();
     let paths = rows.conditions.iter().map(|own| own.start - first..own.end - first).collect();
     let values = rows.weights.clone();
     let conditions = Conditions { values, bounds: rows.bounds.clone(), paths };
-    let (mut best, mut starts): (Option<(Design, Vec<Step>)>, _) = (None, Vec::new());
+    let (mut best, mut starts): (Option<Design>, _) = (None, Vec::new());
+    let mut steps: Vec<Step> = Vec::new();
     let mut random = Random(SEED);
     for start in 1..=settings.starts {
         let mut own = parameters.clone();
@@ -306,9 +93,9 @@ pub(super) fn design(
                 parameter.start = min + 0.5 * (1.0 + random.number()) * (max - min);
             }
         }
-        let mut steps = Vec::new();
+        let before = steps.len();
         let mut watch = |at: &Evaluation| {
-            let (iteration, infeasibility) = (steps.len(), at.violation);
+            let (iteration, infeasibility) = (steps.len() - before, at.violation);
             let cost = at.cost + constant(model);
             steps.push(Step {
                 start,
@@ -324,7 +111,7 @@ pub(super) fn design(
             Ok(found) => found,
             Err(FitError::Start(refused)) if start > 1 => {
                 let status = Status::Unfinished;
-                starts.push(StartFound { start, status, cost: f64::NAN, message: refused.0 });
+                StartFound::add(&mut starts, status, f64::NAN, refused.0);
                 continue;
             }
             Err(FitError::Idle(name)) => {
@@ -336,20 +123,17 @@ pub(super) fn design(
         };
         let status = status(found.outcome);
         let cost = found.cost + constant(model);
-        starts.push(StartFound { start, status, cost, message: String::new() });
+        StartFound::add(&mut starts, status, cost, String::new());
         let stopped = found.outcome == DesignOutcome::Stopped;
         let rank = |own: &Design| (own.outcome != DesignOutcome::Optimal, own.cost);
-        if best.as_ref().is_none_or(|(other, _)| rank(&found) < rank(other)) {
-            best = Some((found, Vec::new()));
-        }
-        if let Some((_, all)) = &mut best {
-            all.append(&mut steps);
+        if best.as_ref().is_none_or(|other| rank(&found) < rank(other)) {
+            best = Some(found);
         }
         if stopped {
             break;
         }
     }
-    let Some((found, steps)) = best else {
+    let Some(found) = best else {
         return Err(OptimizeFailure::Run("no start has a motion".to_owned()));
     };
     report(model, (&rows, &parameters), (&mut residuals, found), (steps, starts), &trials())
@@ -383,6 +167,17 @@ fn status(outcome: DesignOutcome) -> Status {
     }
 }
 
+/// Why a design is no optimum.
+fn why(outcome: DesignOutcome, conditions: &[ConditionMet]) -> Vec<String> {
+    let what = match outcome {
+        DesignOutcome::Optimal | DesignOutcome::Stopped => return Vec::new(),
+        DesignOutcome::Infeasible => None,
+        DesignOutcome::Exhausted => Some("`max_iterations` of [optimize] were made"),
+        DesignOutcome::Stuck => Some("no step of the parameters brings it nearer"),
+    };
+    what.map(str::to_owned).into_iter().chain(missed(conditions)).collect()
+}
+
 fn report(
     model: &Model,
     (rows, parameters): (&Rows, &[Parameter]),
@@ -406,26 +201,54 @@ fn report(
         };
         TermValue { name: own.name.clone(), value }
     };
-    let met = |(own, place): (&Condition, &std::ops::Range<usize>)| {
-        let of = place.clone().map(|row| (values[row], found.multipliers[row - first]));
-        ConditionMet::of(own, of)
-    };
+    let mut joints = rows.resting.iter().cloned();
+    let mut conditions = Vec::new();
+    for (own, place) in model.conditions.iter().zip(&rows.conditions) {
+        let mut at = place.clone().map(|row| (values[row], found.multipliers[row - first]));
+        match own.kind {
+            ConditionKind::Sensor => conditions.push(ConditionMet::of(own, at)),
+            ConditionKind::Rest => {
+                let joints = joints.by_ref();
+                let each = std::iter::from_fn(|| Some((at.next()?, joints.next()?)));
+                conditions.extend(each.map(|(at, joint)| ConditionMet::of_rest(own, joint, at)));
+            }
+        }
+    }
+    let is_equation = |bounds: &&[f64; 2]| bounds[0].to_bits() == bounds[1].to_bits();
+    let equations = rows.bounds.iter().filter(is_equation).count();
     let terms: Vec<TermValue> = model.objectives.iter().zip(&rows.objectives).map(term).collect();
     let report = OptimumReport {
         model: model.header.name.clone(),
         status: status(found.outcome),
+        missed: why(found.outcome, &conditions),
+        problem: ProblemSize {
+            unknowns: parameters.len(),
+            equations,
+            inequalities: rows.bounds.len() - equations,
+            ..ProblemSize::default()
+        },
         steps: last_step(model),
         step: model.settings.step,
         time: model.settings.end,
         cost: terms.iter().map(|own| own.value).fold(0.0, |sum, value| sum + value),
         terms,
         parameters: parameters_found(parameters, &found.parameters),
-        conditions: model.conditions.iter().zip(&rows.conditions).map(met).collect(),
+        conditions,
         iterations: found.iterations,
-        starts: if starts.len() > 1 { starts } else { Vec::new() },
+        starts: StartFound::several(starts),
         ..OptimumReport::default()
     };
     let mut model = trials.model(&found.parameters)?;
     plain(&mut model);
-    Ok(Found { report, steps, model, costates: Vec::new(), controls: Vec::new() })
+    let names = parameters.iter().map(|own| own.name.clone());
+    let kept = Kept { parameters: names.zip(found.parameters).collect(), point: None };
+    Ok(Found {
+        report,
+        steps,
+        model,
+        costates: Vec::new(),
+        prices: Vec::new(),
+        controls: Vec::new(),
+        kept,
+    })
 }

@@ -1,8 +1,9 @@
 //! What an optimum is, as `optimum.json` and `iterations.csv` have it.
 
+use super::kept::Kept;
 use crate::gradient::TermValue;
 use holonom_model::{Condition, ConditionKind, Model, ModelError};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::rc::Rc;
 use vi_control::program::Iterate;
@@ -11,11 +12,14 @@ use vi_control::program::Iterate;
 pub(super) const SEED: u64 = 20_101_127;
 
 /// How a search ended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// A local optimum.
     Optimal,
+    /// A local optimum among motions that turn no joint by more than 1 rad in a step, which does so
+    /// in some: with more steps there is a better one.
+    TurnsBounded,
     /// The conditions are not met, and no direction brings the motion nearer to them.
     Infeasible,
     /// It was told to stop.
@@ -32,11 +36,19 @@ pub enum Status {
 }
 
 impl Status {
+    /// Whether its motion meets the conditions, and no other motion of these steps that is near is
+    /// better.
+    #[must_use]
+    pub fn is_found(self) -> bool {
+        matches!(self, Self::Optimal | Self::TurnsBounded)
+    }
+
     /// In words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
             Self::Optimal => "a local optimum",
+            Self::TurnsBounded => "an optimum among turns of at most 1 rad in a step",
             Self::Infeasible => "infeasible: no direction brings it nearer to the conditions",
             Self::Stopped => "stopped before the end",
             Self::Unfinished => "not finished: no optimum was reached",
@@ -45,6 +57,23 @@ impl Status {
             Self::TurnsTooFar => "a body turns by more than 1 rad in a step",
         }
     }
+}
+
+/// The size of a search.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ProblemSize {
+    /// What is looked for: all variables, of a design its parameters.
+    pub unknowns: usize,
+    /// Values of controls among them.
+    pub values: usize,
+    /// Equations of the steps and conditions.
+    pub equations: usize,
+    /// Conditions with bounds at each of their nodes, and turns of joints in steps.
+    pub inequalities: usize,
+    /// The joints of the coordinates of the tree, in the order of `costates.csv`, with the number
+    /// of the freedom where there are several; of controls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub coordinates: Vec<String>,
 }
 
 /// A parameter that was free.
@@ -69,7 +98,12 @@ pub struct ParameterFound {
 pub struct ConditionMet {
     /// Its name.
     pub name: String,
-    /// What its sensor shows; along the path where it is nearest to a bound, or farthest beyond.
+    /// Of rest: the joint whose momentum it is, with the number of its freedom where there are
+    /// several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub of: Option<String>,
+    /// What its sensor shows; along the path where it is nearest to a bound, or farthest beyond. Of
+    /// rest the momentum, N·s or N·m·s.
     pub value: f64,
     /// The least value, or what it is to equal.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -79,12 +113,30 @@ pub struct ConditionMet {
     pub max: Option<f64>,
     /// How far the value is beyond.
     pub violation: f64,
+    /// How far a run of the same controls at half the step misses it, along the path between nodes
+    /// as well; of sensors beside controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub halved: Option<f64>,
     /// The derivative of the cost by the bound: what one unit more costs.
     pub price: f64,
 }
 
 impl ConditionMet {
-    /// By values and multipliers at its nodes; of rest those of each momentum.
+    /// Its name, of rest with its joint.
+    #[must_use]
+    pub fn label(&self) -> String {
+        match &self.of {
+            Some(joint) => format!("{} of {joint}", self.name),
+            None => self.name.clone(),
+        }
+    }
+
+    /// Of rest: the momentum along a joint, with its multiplier.
+    pub(super) fn of_rest(own: &Condition, joint: String, momentum: (f64, f64)) -> Self {
+        Self { of: Some(joint), ..Self::of(own, std::iter::once(momentum)) }
+    }
+
+    /// By values and multipliers at its nodes.
     pub(super) fn of(own: &Condition, at: impl Iterator<Item = (f64, f64)>) -> Self {
         let [min, max] = match own.kind {
             ConditionKind::Rest => [0.0; 2],
@@ -101,10 +153,12 @@ impl ConditionMet {
         let finite = |bound: f64| bound.is_finite().then_some(bound);
         Self {
             name: own.name.clone(),
+            of: None,
             value: nearest,
             min: finite(min),
             max: finite(max),
             violation: beyond(nearest).max(0.0),
+            halved: None,
             price: price + 0.0, // no negative zero
         }
     }
@@ -134,6 +188,9 @@ pub struct Refinement {
     pub steps: usize,
     /// Its cost.
     pub cost: f64,
+    /// Whether it counts for the order of the cost: an optimum without bounded turns, whose
+    /// conditions and values of controls are at the same times as with all steps, or last a step.
+    pub comparable: bool,
 }
 
 /// Conditions of an optimum by the derivatives of the program.
@@ -159,18 +216,43 @@ pub struct Replayed {
     pub by_steps: Option<f64>,
 }
 
-/// A search.
+/// Where some searches of several ended.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct StartFound {
-    /// Its number, from 1.
+    /// The number of the first of them, from 1.
     pub start: usize,
-    /// How it ended.
+    /// How many ended there: in the same way, with the same cost to 1e-6 of it.
+    pub count: usize,
+    /// How they ended.
     pub status: Status,
-    /// Its cost.
+    /// Their cost.
     pub cost: f64,
-    /// Why it has none.
+    /// Why they have none.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub message: String,
+}
+
+/// Costs of one optimum, in parts of them.
+const SAME_COST: f64 = 1e-6;
+
+impl StartFound {
+    /// Adds a search to those that ended elsewhere, or in the same place.
+    pub(super) fn add(all: &mut Vec<Self>, status: Status, cost: f64, message: String) {
+        let start = all.iter().map(|own| own.count).sum::<usize>() + 1;
+        let same = |own: &&mut Self| {
+            let near = (own.cost - cost).abs() <= SAME_COST * cost.abs().max(own.cost.abs());
+            own.status == status && own.message == message && (near || !cost.is_finite())
+        };
+        match all.iter_mut().find(same) {
+            Some(own) => own.count += 1,
+            None => all.push(Self { start, count: 1, status, cost, message }),
+        }
+    }
+
+    /// Those of several searches; of one none.
+    pub(super) fn several(all: Vec<Self>) -> Vec<Self> {
+        if all.iter().map(|own| own.count).sum::<usize>() > 1 { all } else { Vec::new() }
+    }
 }
 
 /// An optimum.
@@ -183,6 +265,8 @@ pub struct OptimumReport {
     /// Why it is no optimum: what misses most.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<String>,
+    /// Its size.
+    pub problem: ProblemSize,
     /// Steps of the motion.
     pub steps: usize,
     /// Their length, s.
@@ -204,6 +288,9 @@ pub struct OptimumReport {
     /// Whether no motion nearby is as good; of controls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sufficient: Option<bool>,
+    /// Steps in which a joint turns by 1 rad, as much as it may; of controls.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turns_at_bound: Option<usize>,
     /// Optima with fewer steps on the way, this one last.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub refinements: Vec<Refinement>,
@@ -213,7 +300,7 @@ pub struct OptimumReport {
     /// The run of the controls.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replay: Option<Replayed>,
-    /// All searches, where there were several.
+    /// Where searches ended, where there were several.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub starts: Vec<StartFound>,
 }
@@ -226,7 +313,8 @@ impl OptimumReport {
         let halved = 2 * a.steps == b.steps && 2 * b.steps == c.steps;
         let ratio = (b.cost - a.cost) / (c.cost - b.cost);
         let order = libm::log2(ratio);
-        (halved && order.is_finite() && ratio > 1.0)
+        let comparable = [a, b, c].iter().all(|own| own.comparable);
+        (comparable && halved && order.is_finite() && ratio > 1.0)
             .then(|| [order, c.cost + (c.cost - b.cost) / (ratio - 1.0)])
     }
 }
@@ -272,8 +360,14 @@ pub struct Found {
     /// The multipliers of the balances at the nodes 0 to N − 1, one for each coordinate of the
     /// tree.
     pub costates: Vec<Vec<f64>>,
+    /// What bounds cost, of each control that has one and of each condition along the path: the
+    /// derivatives of the cost by the bounds at the nodes 0 to N, of a control by those of the
+    /// value that begins there; NaN where there is none.
+    pub prices: Vec<(String, Vec<f64>)>,
     /// Of each step the value of each control, N or N·m.
     pub controls: Vec<Vec<f64>>,
+    /// Where the search ended.
+    pub kept: Kept,
 }
 
 /// Why there is no optimum at all.
@@ -282,6 +376,9 @@ pub enum OptimizeFailure {
     /// The model asks for what cannot be.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The point to go on from is of another problem.
+    #[error("the point to go on from is of another problem")]
+    Another,
     /// There is no motion to begin with.
     #[error("{0}")]
     Run(String),

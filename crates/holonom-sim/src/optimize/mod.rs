@@ -4,10 +4,12 @@
 //! | file | concept |
 //! |---|---|
 //! | `control`, `reader`, `verdict` | controls, and the time: a search, what it is asked for, what it has found |
-//! | `design` | parameters alone |
+//! | `design`, `rows` | parameters alone: a search, what it counts |
 //! | `beside` | parameters beside controls |
 //! | `node` | times on nodes and within bounds |
 //! | `found`, `tables` | what an optimum is |
+//! | `halved` | conditions between nodes |
+//! | `kept` | where a search ended, to go on from |
 
 mod beside;
 #[cfg(test)]
@@ -17,8 +19,11 @@ mod control;
 mod control_tests;
 mod design;
 mod found;
+mod halved;
+mod kept;
 mod node;
 mod reader;
+mod rows;
 #[cfg(test)]
 mod sensor_tests;
 mod tables;
@@ -28,9 +33,10 @@ mod verdict;
 
 pub use found::{
     ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, ParameterFound,
-    Progress, Refinement, Replayed, StartFound, Status, Step, Watch,
+    ProblemSize, Progress, Refinement, Replayed, StartFound, Status, Step, Watch,
 };
 
+pub use kept::{Kept, Point, Search};
 pub use vi_control::program::Iterate;
 
 use crate::design::refused;
@@ -38,7 +44,8 @@ use holonom_model::{Model, ModelText, Override};
 use vi_control::program::NlpSolver;
 
 /// Finds an optimum of a model by the method that is compiled in: with the feature `pounce`
-/// `vi_control::Pounce`, else none, which is enough for parameters.
+/// `vi_control::Pounce`, else none, which is enough for parameters. `from`: where an earlier search
+/// of the same controls ended.
 ///
 /// # Errors
 /// [`OptimizeFailure`]; how a search ended is a [`Status`].
@@ -46,27 +53,28 @@ pub fn optimize_by_own_method(
     text: &ModelText,
     overrides: &[Override],
     model: &Model,
+    from: Option<&Point>,
     progress: &Watch,
 ) -> Result<Found, OptimizeFailure> {
     #[cfg(feature = "pounce")]
     {
         let settings = model.optimize.clone().unwrap_or_default();
         let mut method = vi_control::Pounce { max_iterations: settings.max_iterations };
-        optimize(text, overrides, model, Some(&mut method), progress)
+        optimize((text, overrides, model), Some(&mut method), from, progress)
     }
     #[cfg(not(feature = "pounce"))]
-    optimize(text, overrides, model, None, progress)
+    optimize((text, overrides, model), None, from, progress)
 }
 
-/// Finds an optimum of a model; `method`: what solves nonlinear programs, for controls.
+/// Finds an optimum of a model; `method`: what solves nonlinear programs, for controls; `from`:
+/// where an earlier search of these ended.
 ///
 /// # Errors
 /// [`OptimizeFailure`]; how a search ended is a [`Status`].
 pub fn optimize(
-    text: &ModelText,
-    overrides: &[Override],
-    model: &Model,
+    (text, overrides, model): (&ModelText, &[Override], &Model),
     method: Option<&mut dyn NlpSolver>,
+    from: Option<&Point>,
     progress: &Watch,
 ) -> Result<Found, OptimizeFailure> {
     let settings = model.optimize.clone().unwrap_or_default();
@@ -80,10 +88,12 @@ pub fn optimize(
         return design::design(text, overrides, model, &settings, watch);
     }
     if let Some(method) = method {
+        let from = from.map(Point::held);
+        let method = (method, progress);
         if !settings.parameters.is_empty() {
-            return beside::both((text, overrides, model), &settings, method, progress);
+            return beside::both((text, overrides, model), &settings, method, from.as_ref());
         }
-        return control::control(model, &settings, method, progress);
+        return control::control(model, &settings, method, from.as_ref());
     }
     let what = "a search for controls, for which this program has no method";
     let help = "build it with its feature: `cargo install --path crates/holonom-cli --features optimize`, \

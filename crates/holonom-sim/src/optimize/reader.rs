@@ -201,12 +201,6 @@ impl Reader<'_> {
             ConditionTime::Word(CountedAt::Path) => When::Path,
             ConditionTime::Time(t) => When::Node(node(self.model, &own.name, t)?),
         };
-        if let (When::Path, Quantity::Joint { start, .. }) = (when, &quantity)
-            && !(bounds[0]..=bounds[1]).contains(start)
-        {
-            let what = format!("a start outside of the bounds: `{sensor}` begins with {start}");
-            return Err(refused(&key, what, "widen the bounds, or begin within them"));
-        }
         Ok(Condition { name: own.name.clone(), quantity, when, bounds })
     }
 

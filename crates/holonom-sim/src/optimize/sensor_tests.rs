@@ -61,7 +61,7 @@ fn model(sensor: &str, number: &str, target: f64, at: &str, more: &str) -> Strin
 fn found(text: &ModelText) -> Result<Found, OptimizeFailure> {
     let model = text.model(&[])?;
     let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
-    optimize(text, &[], &model, Some(&mut Pounce::default()), &watch)
+    optimize((text, &[], &model), Some(&mut Pounce::default()), None, &watch)
 }
 
 /// What is left of the gradient of the run with the controls of an optimum, and how far its value

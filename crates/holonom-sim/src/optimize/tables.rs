@@ -68,4 +68,21 @@ impl Found {
         }
         out
     }
+
+    /// `prices.csv`: the time of each node, s, and what the bounds of controls and of conditions
+    /// along the path cost there; empty where there are no such bounds.
+    #[must_use]
+    pub fn prices(&self) -> String {
+        if self.prices.is_empty() {
+            return String::new();
+        }
+        let names = self.prices.iter().map(|(name, _)| name.clone());
+        let mut out = std::iter::once("t".to_owned()).chain(names).collect::<Vec<_>>().join(",");
+        out.push('\n');
+        for n in 0..=self.report.steps {
+            let t = n as f64 * self.report.step;
+            row(&mut out, &[], std::iter::once(t).chain(self.prices.iter().map(|own| own.1[n])));
+        }
+        out
+    }
 }

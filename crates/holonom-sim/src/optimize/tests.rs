@@ -40,7 +40,7 @@ fn found(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(overrides)?;
     let watch: super::Watch = Rc::new(RefCell::new(|_: &super::Progress| true));
-    optimize(&text, overrides, &model, None, &watch)
+    optimize((&text, overrides, &model), None, None, &watch)
 }
 
 /// A quarter of a period of 2 s: the length of a seconds pendulum of finite amplitude,
@@ -82,6 +82,73 @@ fn a_price_is_what_the_condition_costs() {
     assert!((slope - price).abs() < 1e-3 * price, "{slope} for {price}");
     assert_eq!(own.terms[1].value, 1.0);
     assert!((own.cost - own.terms[0].value - 1.0).abs() < 1e-14);
+}
+
+/// Optima that several searches find are listed once each; the table of iterations has all.
+#[test]
+fn several_starts_are_told_by_where_they_led() {
+    let text = PENDULUM
+        .replace("end = 1.0", "end = 6.0")
+        .replace("sin(0.1)", "sin(1.5)")
+        .replace("cos(0.1)", "cos(1.5)")
+        + "[[objective]]\nname = \"low\"\ntype = \"sensor\"\nsensor = \"place.x\"\ntarget = -3.0\n\
+           [optimize]\nparameters = { length = { min = 0.2, max = 2.0 } }\nstarts = 6\n";
+    let found = found(&text, &[]).unwrap();
+    let starts = &found.report.starts;
+    println!("{starts:?}");
+    assert_eq!(starts.iter().map(|own| own.count).sum::<usize>(), 6);
+    assert!((2..6).contains(&starts.len()) && starts.iter().any(|own| own.count > 1), "{starts:?}");
+    let best = starts.iter().map(|own| own.cost).fold(f64::INFINITY, f64::min);
+    assert!((found.report.cost - best).abs() < 1e-9 * best);
+    let costs: Vec<f64> = starts.iter().map(|own| own.cost).collect();
+    for (k, cost) in costs.iter().enumerate() {
+        assert!(costs[..k].iter().all(|other| (other - cost).abs() > 1e-6 * cost), "{costs:?}");
+    }
+    let rows = found.iterations();
+    for start in 1..=6 {
+        assert!(rows.lines().any(|row| row.starts_with(&format!("{start},"))), "no row of {start}");
+    }
+    assert_eq!(rows.lines().filter(|row| row.split(',').nth(2) == Some("0")).count(), 6);
+}
+
+/// Conditions that no parameter meets are named, by how much they miss.
+#[test]
+fn what_a_design_misses_is_named() {
+    let text = format!(
+        "{PENDULUM}[[condition]]\nname = \"far\"\nsensor = \"place.x\"\nequals = 5.0\n\
+         [[condition]]\nname = \"low\"\nsensor = \"place.z\"\nat = \"path\"\nmax = 1.0\n\
+         [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+    );
+    let report = found(&text, &[]).unwrap().report;
+    assert_eq!(report.status, Status::Infeasible);
+    let [far] = &report.missed[..] else { panic!("{:?}", report.missed) };
+    assert_eq!(*far, format!("`far`: {:.1e}", report.conditions[0].violation));
+}
+
+/// A start outside of bounds along the path is refused where no parameter changes it, and is moved
+/// within where one does.
+#[test]
+fn a_start_counts_along_the_path() {
+    let with = |condition: &str| {
+        let text = format!(
+            "{PENDULUM}[[sensor]]\nname = \"rate\"\ntype = \"joint_rate\"\nof = \"hinge\"\n\
+             [[condition]]\nname = \"path\"\nat = \"path\"\n{condition}\n\
+             [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
+        );
+        found(&text, &[])
+    };
+    for (condition, begins) in [
+        ("sensor = \"rate\"\nmin = 0.1", "`rate` begins with 0"),
+        ("sensor = \"place.y\"\nmax = -1.0", "`place.y`"),
+    ] {
+        let error = with(condition).unwrap_err().to_string();
+        assert!(error.contains("condition.path") && error.contains(begins), "{error}");
+    }
+    // the start, cos(0.1) times the length, is what is highest
+    let found = with("sensor = \"place.z\"\nmax = -0.9").unwrap();
+    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    let length = found.report.parameters[0].value;
+    assert!(length * 0.1_f64.cos() > 0.9 - 1e-9, "{length}");
 }
 
 /// Conditions and terms of rates are those of the rates that the run of the result shows.

@@ -1,19 +1,28 @@
 //! What a search has found, as a report with the model of its motion.
 
+use super::control::Searched;
 use super::found::{
-    ConditionMet, ControlFound, Found, Judged, OptimumReport, Refinement, Replayed, StartFound,
-    Status, Step, plain,
+    ConditionMet, ControlFound, Found, Judged, OptimumReport, ProblemSize, Replayed, StartFound,
+    Status, plain,
 };
+use super::halved;
+use super::kept::{Kept, Point};
 use super::node::take_times;
+use crate::design::refused;
 use crate::gradient::TermValue;
 use holonom_model::{
-    Condition as Stated, ConditionKind, Control, Formula, History, Interpolation, Joint,
-    JointMotor, Law, Load, Model, MotionPath, Outside, SensorKind, Table,
+    Condition as Stated, ConditionKind, ConditionTime, Control, CountedAt, Formula, History,
+    Interpolation, Joint, JointMotor, Law, Load, Model, ModelError, MotionPath, Outside,
+    SensorKind, Table,
 };
 use vi_control::optimum::{Optimum, Verdict};
 use vi_control::program::Outcome;
 use vi_control::replay::Replay;
-use vi_control::transcription::Motion;
+use vi_control::transcription::{Met, Motion};
+use vi_multibody::Mechanism;
+
+/// Violations up to this are rounding.
+const MISSED: f64 = 1e-9;
 
 /// The model of a motion with its controls as motors, laws of the time and loads, for an ordinary
 /// run.
@@ -70,8 +79,26 @@ pub(super) fn is_distance(model: &Model, own: &Stated) -> bool {
     model.sensors.iter().any(|own| own.name == name && own.kind == SensorKind::Distance)
 }
 
-pub(super) fn status(verdict: &Verdict) -> Status {
-    match verdict {
+/// Refuses a start that does not meet a condition along the path; `value`: of its quantity.
+pub(super) fn starts_outside(model: &Model, condition: usize, value: f64) -> ModelError {
+    let Some(own) = with_sensors(model).nth(condition) else {
+        return refused("condition", "a start outside of the bounds", "begin within them");
+    };
+    let value = if is_distance(model, own) { (2.0 * value).max(0.0).sqrt() } else { value };
+    outside(own, value)
+}
+
+/// The same with what the sensor shows at the start.
+pub(super) fn outside(own: &Stated, value: f64) -> ModelError {
+    let sensor = own.sensor.as_deref().unwrap_or_default();
+    let what = format!("a start outside of the bounds: `{sensor}` begins with {value}");
+    let key = format!("condition.{}", own.name);
+    refused(&key, what, "widen the bounds, or begin within them")
+}
+
+pub(super) fn status(found: &Optimum) -> Status {
+    match found.verdict {
+        Verdict::Optimal if !found.bounded_turns.is_empty() => Status::TurnsBounded,
         Verdict::Optimal => Status::Optimal,
         Verdict::Infeasible(_) => Status::Infeasible,
         Verdict::Stopped => Status::Stopped,
@@ -82,11 +109,19 @@ pub(super) fn status(verdict: &Verdict) -> Status {
     }
 }
 
-pub(super) fn report(
-    model: &Model,
-    found: Optimum,
-    (rows, starts): (Vec<Step>, Vec<StartFound>),
-) -> Found {
+/// The names of the unknowns of a tree: of their joints, with the number of the freedom where there
+/// are several.
+pub(super) fn names_of_unknowns(mechanism: &Mechanism) -> Vec<String> {
+    let tree = mechanism.tree();
+    let name = |unknown: usize| match tree.owner(unknown) {
+        Some(link) if link.dof() > 1 => format!("{}.{}", link.joint.name, unknown - link.offset),
+        _ => mechanism.rate_name(unknown).to_owned(),
+    };
+    (0..tree.dof()).map(name).collect()
+}
+
+pub(super) fn report(model: &Model, searched: Searched) -> Found {
+    let Searched { found, rows, starts, refinements, unknowns } = searched;
     let motion = &found.motion;
     let steps = motion.controls.len();
     let term = |(own, value): (&holonom_model::Objective, &f64)| TermValue {
@@ -110,18 +145,22 @@ pub(super) fn report(
     let met = |(k, own): (usize, &Stated)| {
         let is_distance = is_distance(model, own);
         let at = found.met.iter().filter(|met| met.condition == k);
-        ConditionMet::of(
-            own,
-            at.map(|met| match is_distance {
-                true => {
-                    let length = (2.0 * met.value).max(0.0).sqrt(); // of half a square
-                    (length, met.multiplier * length)
-                }
-                false => (met.value, met.multiplier),
-            }),
-        )
+        ConditionMet::of(own, at.map(|met| shown(met, is_distance)))
     };
-    let conditions: Vec<ConditionMet> = with_sensors(model).enumerate().map(met).collect();
+    let prices = prices(model, &found);
+    let mut of_sensors = with_sensors(model).enumerate().map(met);
+    let mut conditions: Vec<ConditionMet> = Vec::new();
+    for own in &model.conditions {
+        if own.kind == ConditionKind::Rest {
+            let resting = found.resting.iter();
+            conditions.extend(resting.map(|at| {
+                let joint = unknowns[at.unknown].clone();
+                ConditionMet::of_rest(own, joint, (at.momentum, at.multiplier))
+            }));
+        } else {
+            conditions.extend(of_sensors.next());
+        }
+    }
     let mut missed = match &found.verdict {
         Verdict::Infeasible(rows) => rows.clone(),
         Verdict::Unfinished(outcome) => {
@@ -133,14 +172,35 @@ pub(super) fn report(
             vec![format!("{turn:.2} rad in {part}step {step}: take more steps")]
         }
         Verdict::OtherMotion => vec![other_motion(found.replay.as_ref())],
+        Verdict::Optimal if !found.bounded_turns.is_empty() => {
+            let count = found.bounded_turns.len();
+            vec![format!(
+                "a joint turns by 1 rad, as much as it may, in {count} of {steps} steps: take more steps"
+            )]
+        }
         _ => Vec::new(),
     };
     missed.extend(found.unreached.iter().map(|names| unreached(names)));
-    let (of, time) = (found.refinements.iter(), motion.step * steps as f64);
+    if let Some(wanted) = found.wanted {
+        let words = format!("this is with {wanted} steps; the optimum with {steps} is kept");
+        missed.insert(0, words);
+    }
+    let time = motion.step * steps as f64;
+    let moved = moved(model, motion);
+    if status(&found).is_found() {
+        halved::judge(model, &moved, &mut conditions);
+    }
     let report = OptimumReport {
         model: model.header.name.clone(),
-        status: status(&found.verdict),
+        status: status(&found),
         missed,
+        problem: ProblemSize {
+            unknowns: found.size.unknowns,
+            values: found.size.values,
+            equations: found.size.equations,
+            inequalities: found.size.inequalities,
+            coordinates: unknowns,
+        },
         steps,
         step: motion.step,
         time,
@@ -150,7 +210,8 @@ pub(super) fn report(
         conditions,
         iterations: found.iterations,
         sufficient: Some(found.is_sufficient()),
-        refinements: of.map(|&(steps, cost)| Refinement { steps, cost }).collect(),
+        turns_at_bound: Some(found.bounded_turns.len()),
+        refinements,
         judged: Some(Judged {
             stationarity: found.kkt.stationarity,
             violation: found.kkt.violation,
@@ -161,11 +222,54 @@ pub(super) fn report(
             node: own.node,
             by_steps: own.by_steps,
         }),
-        starts: if starts.len() > 1 { starts } else { Vec::new() },
+        starts: StartFound::several(starts),
         ..OptimumReport::default()
     };
-    let (model, controls) = (moved(model, motion), motion.controls.clone());
-    Found { report, steps: rows, model, costates: found.costates, controls }
+    let controls = motion.controls.clone();
+    let kept = Kept { point: Point::of(found.held), ..Kept::default() };
+    Found { report, steps: rows, model: moved, costates: found.costates, prices, controls, kept }
+}
+
+/// The conditions that are missed, by name, those that miss most first.
+pub(super) fn missed(conditions: &[ConditionMet]) -> Vec<String> {
+    let mut missed: Vec<&ConditionMet> =
+        conditions.iter().filter(|own| !(own.violation <= MISSED)).collect();
+    missed.sort_by(|a, b| b.violation.total_cmp(&a.violation));
+    let words = |own: &&ConditionMet| format!("`{}`: {:.1e}", own.label(), own.violation);
+    missed.iter().take(5).map(words).collect()
+}
+
+/// What a sensor shows where a condition is met, and the multiplier by that.
+fn shown(met: &Met, is_distance: bool) -> (f64, f64) {
+    if !is_distance {
+        return (met.value, met.multiplier);
+    }
+    let length = (2.0 * met.value).max(0.0).sqrt(); // of half a square
+    (length, met.multiplier * length)
+}
+
+/// What bounds of controls and conditions along the path cost, at each node.
+fn prices(model: &Model, found: &Optimum) -> Vec<(String, Vec<f64>)> {
+    let count = found.motion.nodes.len();
+    let mut prices = Vec::new();
+    for (k, own) in model.controls.iter().enumerate() {
+        if own.min.is_some() || own.max.is_some() {
+            let mut column: Vec<f64> = found.bounds.iter().map(|row| 0.0 - row[k]).collect();
+            column.push(f64::NAN);
+            prices.push((format!("control.{}", own.name), column));
+        }
+    }
+    for (k, own) in with_sensors(model).enumerate() {
+        if own.at != ConditionTime::Word(CountedAt::Path) {
+            continue;
+        }
+        let (mut column, is_distance) = (vec![f64::NAN; count], is_distance(model, own));
+        for met in found.met.iter().filter(|met| met.condition == k) {
+            column[met.node] = 0.0 - shown(met, is_distance).1;
+        }
+        prices.push((format!("condition.{}", own.name), column));
+    }
+    prices
 }
 
 /// How the run of the controls parts from the motion, in words.
@@ -221,7 +325,7 @@ fn steep(conditions: &[ConditionMet], cost: f64) -> Option<String> {
         format!(
             "the price of `{}` grows without bound, {:.0e}: nothing changes it there, as a component at its largest value, \
              or it depends on other conditions; state other components",
-            dearest.name, dearest.price
+            dearest.label(), dearest.price
         )
     })
 }
