@@ -99,10 +99,10 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
     let halved = found.conditions.iter().filter_map(|own| Some((own, own.halved?)));
     if let Some((own, by)) = halved.max_by(|a, b| a.1.total_cmp(&b.1)) {
         let words = match by {
-            0.0 => "all conditions met by a run of half the step".to_owned(),
-            by => format!("a run of half the step misses `{}` by {by:.1e}", own.name),
+            0.0 => "its run meets all conditions".to_owned(),
+            by => format!("its run misses `{}` by {by:.1e}", own.name),
         };
-        fact("between nodes", words);
+        fact("half step", words);
     }
     for own in &found.starts {
         let led = match own.count {
@@ -146,4 +146,93 @@ fn conditions(found: &OptimumReport) -> String {
         },
     );
     met + &price
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use holonom_sim::gradient::TermValue;
+    use holonom_sim::optimize::{ConditionMet, ControlFound, Refinement, Replayed, StartFound};
+
+    fn found() -> OptimumReport {
+        let condition = |name: &str, of: Option<&str>, price: f64, halved: Option<f64>| {
+            let (of, bound) = (of.map(str::to_owned), Some(0.0));
+            let (name, value) = (name.to_owned(), 2e-12);
+            let violation = value;
+            ConditionMet { name, of, value, min: bound, max: bound, violation, halved, price }
+        };
+        let own = |steps: usize, cost: f64| Refinement { steps, cost, comparable: true };
+        let (min, max) = (None, None);
+        let torque = ControlFound { name: "t".into(), min, max, largest: 2.0, at_bounds: 0 };
+        let start = |start: usize, count: usize, cost: f64| StartFound {
+            start,
+            count,
+            status: Status::Optimal,
+            cost,
+            message: String::new(),
+        };
+        OptimumReport {
+            status: Status::Optimal,
+            sufficient: Some(true),
+            cost: 4.0,
+            terms: vec![TermValue { name: "cheap".into(), value: 4.0 }],
+            controls: vec![torque],
+            conditions: vec![
+                condition("up", None, 1.0, Some(3e-4)),
+                condition("stop", Some("hinge"), -2.5, None),
+            ],
+            turns_at_bound: Some(0),
+            refinements: vec![own(10, 5.0), own(20, 4.25), own(40, 4.0625)],
+            replay: Some(Replayed { deviation: 2.0, node: 3, by_steps: None }),
+            starts: vec![start(1, 2, 4.0), start(3, 1, 6.0)],
+            ..OptimumReport::default()
+        }
+    }
+
+    fn finding(found: &OptimumReport, subject: &str) -> String {
+        let facts = optimum_facts(found).into_iter().filter(|own| own.subject == subject);
+        facts.map(|own| own.finding).collect::<Vec<_>>().join("; ")
+    }
+
+    #[test]
+    fn an_optimum_is_told_by_what_is_known_of_it() {
+        let own = found();
+        for (subject, words) in [
+            ("status", "a local optimum, 0 iterations, second-order sufficient"),
+            ("bounds", "none active"),
+            (
+                "conditions",
+                "all met to 2e-12; the largest price: `stop of hinge`, -2.5 for one more",
+            ),
+            ("half step", "its run misses `up` by 3.0e-4"),
+            ("convergence", "cost 5, 4.25, 4.0625 at 10, 20, 40 steps: order 2.0, limit about 4"),
+            ("start", "1: cost 4, a local optimum (2 starts); 3: cost 6, a local optimum"),
+        ] {
+            assert_eq!(finding(&own, subject), words, "{subject}");
+        }
+        let mut point = found();
+        point.sufficient = Some(false);
+        assert!(
+            finding(&point, "status").starts_with("a stationary point, which may be no minimum")
+        );
+        assert!(finding(&point, "status").ends_with("try another `guess`, or `starts`"));
+        let mut turned = found();
+        (turned.status, turned.turns_at_bound) = (Status::TurnsBounded, Some(6));
+        assert_eq!(finding(&turned, "bounds"), "turns of 1 rad in 6 steps");
+        assert!(finding(&turned, "status").starts_with("an optimum among turns of at most 1 rad"));
+    }
+
+    #[test]
+    fn a_search_that_did_not_end_is_no_optimum() {
+        let mut own = found();
+        own.status = Status::Stopped;
+        own.refinements[1].comparable = false;
+        own.conditions[1].violation = 0.25;
+        assert_eq!(finding(&own, "conditions"), "missed by 2.5e-1 at most");
+        assert!(finding(&own, "convergence").ends_with("are not all optima of the same problem"));
+        assert!(finding(&own, "replay").starts_with("none"));
+        // of an optimum with fewer steps that is kept the run is known
+        own.replay = Some(Replayed { deviation: 1e-13, node: 3, by_steps: None });
+        assert_eq!(finding(&own, "replay"), "the motion follows its controls to 1e-13");
+    }
 }

@@ -309,7 +309,7 @@ fn solve(
             program.borrow_mut().move_references(&solved.x).map_err(undefined)?;
             let known = solved.outcome == Outcome::Optimal;
             let multipliers = known.then_some(solved.multipliers);
-            start = Start { multipliers, ..program.borrow().start() };
+            start = Start { multipliers, near: known, ..program.borrow().start() };
             continue;
         }
         let motion = program.borrow().motion(&solved.x).map_err(undefined)?;

@@ -39,8 +39,9 @@ impl Default for Pounce {
 }
 
 impl Pounce {
-    fn application(&self, warm: bool) -> Result<IpoptApplication, SolverError> {
-        let refused = |name: &str| SolverError::Option(name.to_owned());
+    fn application(&self, start: &Start) -> Result<IpoptApplication, SolverError> {
+        let (refused, warm) =
+            (|name: &str| SolverError::Option(name.to_owned()), start.multipliers.is_some());
         let mut app = IpoptApplication::new();
         app.initialize_with_options_str("").map_err(|_| refused("(none)"))?;
         let numbers = [
@@ -54,7 +55,7 @@ impl Pounce {
         let words = [("mu_strategy", "adaptive"), ("sb", "yes")];
         let max_iter = i32::try_from(self.max_iterations).unwrap_or(i32::MAX);
         let whole = [("print_level", 0), ("max_iter", max_iter)];
-        // a start with multipliers is near the optimum: it is moved off its bounds less
+        // a start with multipliers near the optimum is moved off its bounds less
         let near = [
             ("warm_start_bound_push", 1e-9),
             ("warm_start_bound_frac", 1e-9),
@@ -64,7 +65,9 @@ impl Pounce {
             ("mu_init", 1e-8),
         ];
         let options = app.options_mut();
-        for (name, value) in numbers.into_iter().chain(near.into_iter().filter(|_| warm)) {
+        for (name, value) in
+            numbers.into_iter().chain(near.into_iter().filter(|_| warm && start.near))
+        {
             options.set_numeric_value(name, value, true, true).map_err(|_| refused(name))?;
         }
         for (name, value) in
@@ -102,7 +105,7 @@ impl NlpSolver for Pounce {
         if let Some(name) = std::env::vars().map(|(name, _)| name).find(foreign) {
             return Err(SolverError::Environment(name));
         }
-        let mut app = self.application(start.multipliers.is_some())?;
+        let mut app = self.application(start)?;
         let adapter = Rc::new(RefCell::new(Adapter {
             bounds: program.borrow().bounds(),
             program: Rc::clone(program),

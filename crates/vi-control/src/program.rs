@@ -81,6 +81,8 @@ pub struct Start {
     pub x: Vec<f64>,
     /// Those of a point nearby.
     pub multipliers: Option<Multipliers>,
+    /// Whether it is near an optimum: it is moved off its bounds less.
+    pub near: bool,
 }
 
 /// An iteration of a method.

@@ -80,7 +80,7 @@ impl NlpSolver for Guesses {
 }
 
 fn start(x: [f64; 2]) -> Start {
-    Start { x: x.to_vec(), multipliers: None }
+    Start { x: x.to_vec(), ..Start::default() }
 }
 
 fn judged(program: &SharedProgram, solved: &Solved) -> Kkt {
@@ -99,7 +99,7 @@ fn a_guess_that_is_called_an_optimum_is_seen_through() {
     let program = Circle::shared([3.0, 4.0], free, 1.0);
     let refused = Guesses.solve(&program, &start([f64::NAN, 0.0]), Box::new(|_| true));
     assert_eq!(refused.unwrap_err(), SolverError::NotFinite(0));
-    let short = Start { x: vec![0.0], multipliers: None };
+    let short = Start { x: vec![0.0], ..Start::default() };
     let refused = Guesses.solve(&program, &short, Box::new(|_| true));
     assert_eq!(refused.unwrap_err(), SolverError::Shape { found: 1, wanted: 2 });
 }

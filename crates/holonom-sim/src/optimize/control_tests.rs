@@ -94,6 +94,44 @@ fn rest_has_its_rows_and_its_price() {
     assert!((stop.price - slope).abs() < 1e-5 * slope.abs(), "{} for {slope}", stop.price);
 }
 
+/// A step has a coordinate, a value, a balance and a bounded turn.
+#[test]
+fn the_size_of_the_program_is_told() {
+    let text = PENDULUM.replace("joint = \"hinge\" }]", "joint = \"hinge\", hold = 4 }]");
+    let own = found(&text).unwrap().report.problem;
+    assert_eq!((own.unknowns, own.values), (50, 10));
+    assert_eq!((own.equations, own.inequalities), (40 + 2, 40));
+    assert_eq!(own.coordinates, ["hinge"]);
+}
+
+/// Conditions in the run of half the step, read from its configurations.
+#[test]
+fn conditions_are_judged_between_nodes() {
+    let more = "type = \"rest\" }, { name = \"right\", sensor = \"place.x\", at = \"path\", max = 0.35 }, { name = \"half\", sensor = \"place.x\", at = 1.0, min = -0.45 }]";
+    let text = PENDULUM.replace("type = \"rest\" }]", more);
+    let found = found(&text).unwrap();
+    let report = &found.report;
+    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    let mut model = found.model.clone();
+    model.settings.step = 0.025;
+    let mut simulation = Simulation::new(&model).unwrap();
+    let mut x = vec![0.0];
+    for _ in 0..80 {
+        simulation.integrator().step().unwrap();
+        x.push(simulation.integrator().state().q[0]);
+    }
+    let most = x.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let wanted = [("right", most - 0.35), ("half", (-0.45 - x[40]).max(0.0))];
+    println!("{wanted:?}");
+    assert!(wanted[0].1 > 1e-5, "{most}");
+    for (name, by) in wanted {
+        let own = report.conditions.iter().find(|own| own.name == name).unwrap();
+        assert!((own.halved.unwrap() - by).abs() < 1e-12, "{name}: {own:?} for {by}");
+    }
+    let of = |name: &str| report.conditions.iter().find(|own| own.name == name).unwrap().halved;
+    assert!(of("up").unwrap() > 1e-6 && of("stop").is_none());
+}
+
 /// What misses rest counts among what is missed.
 #[test]
 fn rest_that_is_missed_counts() {

@@ -273,7 +273,7 @@ impl Transcription {
     /// Where a method starts.
     #[must_use]
     pub fn start(&self) -> Start {
-        Start { x: self.start.clone(), multipliers: None }
+        Start { x: self.start.clone(), ..Start::default() }
     }
 
     /// The problem.
