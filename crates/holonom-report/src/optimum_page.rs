@@ -60,7 +60,10 @@ pub fn iteration_charts(found: &Found) -> Vec<Chart> {
         left.push(curve("stationarity", &|at| at.iterate.stationarity));
         left.push(curve("barrier", &|at| at.iterate.barrier));
     }
-    let mut charts = vec![chart("what is left", ChartAxis::logarithmic("size", ""), left)];
+    let mut charts = Vec::new();
+    if !(found.controls.is_empty() && report.conditions.is_empty()) {
+        charts.push(chart("what is left", ChartAxis::logarithmic("size", ""), left));
+    }
     if !report.terms.is_empty() {
         let cost = vec![curve("cost", &|at| at.iterate.cost)];
         charts.push(chart("cost", ChartAxis::linear("cost", ""), cost));

@@ -162,7 +162,7 @@ fn refined_optima_are_those_of_order_2() {
             let program = match &last {
                 None => case.transcription(steps),
                 Some((program, motion)) => {
-                    let guess = program.borrow().refined(motion);
+                    let guess = program.borrow().refined(motion, 2 * motion.controls.len());
                     let (problem, _) = case.problem(steps);
                     let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
                     Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap()

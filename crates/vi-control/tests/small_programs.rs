@@ -141,7 +141,11 @@ mod by_pounce {
             assert!(kkt.is_met(&Tolerances::default()), "{kkt:?}");
             assert!(!solved.iterates.is_empty());
             // warm start from the optimum
-            let warm = Start { x: solved.x.clone(), multipliers: Some(solved.multipliers.clone()) };
+            let warm = Start {
+                x: solved.x.clone(),
+                multipliers: Some(solved.multipliers.clone()),
+                near: true,
+            };
             let again = Pounce::default().solve(&program, &warm, Box::new(|_| true)).unwrap();
             assert!(again.iterates.len() <= solved.iterates.len());
         }

@@ -52,8 +52,8 @@ fn missed(model: &Model, found: &Model, rows: &[Vec<f64>]) -> Option<Vec<(String
     let missed = |own: &Condition| {
         let (at, [min, max]) = (place(own)?, own.bounds());
         let nodes = match own.at {
-            ConditionTime::Word(CountedAt::Path) => 0..last + 1,
-            ConditionTime::Word(CountedAt::End) => last..last + 1,
+            ConditionTime::Word(CountedAt::Path) => 0..rows.len(),
+            ConditionTime::Word(CountedAt::End) => last..rows.len(),
             ConditionTime::Time(t) => {
                 let steps = (2.0 * t / found.settings.step).round();
                 let node = (0..=last).find(|n| *n as f64 >= steps)?;

@@ -233,7 +233,7 @@ pub(super) fn report(model: &Model, searched: Searched) -> Found {
 /// The conditions that are missed, by name, those that miss most first.
 pub(super) fn missed(conditions: &[ConditionMet]) -> Vec<String> {
     let mut missed: Vec<&ConditionMet> =
-        conditions.iter().filter(|own| !(own.violation <= MISSED)).collect();
+        conditions.iter().filter(|own| own.violation > MISSED || own.violation.is_nan()).collect();
     missed.sort_by(|a, b| b.violation.total_cmp(&a.violation));
     let words = |own: &&ConditionMet| format!("`{}`: {:.1e}", own.label(), own.violation);
     missed.iter().take(5).map(words).collect()
