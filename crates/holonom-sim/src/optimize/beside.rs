@@ -45,6 +45,8 @@ struct LeastCost<'a> {
     optima: Vec<Solved>,
     /// The last search that ended elsewhere.
     missed: Option<Solved>,
+    /// Whether the last parameters that were tried have no optimum.
+    refused: bool,
     /// Of the first search.
     starts: Vec<StartFound>,
     rows: Vec<Step>,
@@ -73,6 +75,7 @@ impl<'a> LeastCost<'a> {
             from: point,
             optima: Vec::new(),
             missed: None,
+            refused: false,
             starts: Vec::new(),
             rows: Vec::new(),
             unknowns: Vec::new(),
@@ -83,6 +86,12 @@ impl<'a> LeastCost<'a> {
 
     /// The optimum for some parameters, looked for from the last one.
     fn solve(&mut self, theta: &[f64]) -> Result<usize, Refused> {
+        let found = self.solve_at(theta);
+        self.refused = found.is_err();
+        found
+    }
+
+    fn solve_at(&mut self, theta: &[f64]) -> Result<usize, Refused> {
         if let Some(known) = self.optima.iter().position(|own| own.theta == theta) {
             return Ok(known);
         }
@@ -300,6 +309,8 @@ pub(super) fn both(
         return Err(failure);
     }
     let stopped = least.is_stopped();
+    // no step lowers the cost where none of them has an optimum
+    let is_optimal = ended == DesignOutcome::Optimal && !least.refused;
     let solved = match &theta {
         Some(theta) => {
             let at = least.solve(theta).map_err(|error| OptimizeFailure::Run(error.0))?;
@@ -317,8 +328,8 @@ pub(super) fn both(
     found.report.parameters = parameters_found(&parameters, &theta);
     found.kept.parameters = parameters.iter().map(|own| own.name.clone()).zip(theta).collect();
     if found.report.status.is_found() {
-        found.report.status = match ended {
-            DesignOutcome::Optimal => found.report.status,
+        found.report.status = match found.report.status {
+            status if is_optimal => status,
             _ if stopped => Status::Stopped,
             _ => Status::Unfinished,
         };

@@ -224,6 +224,30 @@ fn a_length_is_found_with_the_efforts() {
     assert!(own.iterations().lines().next().unwrap().ends_with(",length,mass"));
 }
 
+/// Where no other parameters have an optimum, nothing shows that these are the best.
+#[test]
+fn parameters_whose_neighbours_have_no_optimum_are_none() {
+    let text = format!(
+        "{PENDULUM}optimize = {{ refine = 0, parameters = {{ length = {{ min = 0.4, max = 2.0 }} }} }}"
+    );
+    let text = ModelText::from_text(Path::new("model.toml"), text);
+    let model = text.model(&[]).unwrap();
+    let mut method = super::control_tests::Slower { of: Pounce::default(), solves: 0 };
+    let found = optimize((&text, &[], &model), Some(&mut method), None, &watch()).unwrap();
+    let report = &found.report;
+    assert_eq!((report.status, method.solves > 1), (Status::Unfinished, true), "{report:?}");
+    assert!(report.missed[0].contains("the last other parameters: not finished"), "{report:?}");
+    // where the parameters and the controls were is kept, and leads on
+    let own = &found.kept.parameters["length"];
+    let by = [Override::new("parameters.length", format!("{own:?}"))];
+    let model = text.model(&by).unwrap();
+    let point = found.kept.point.as_ref();
+    let method = &mut Pounce::default();
+    let more = optimize((&text, &by, &model), Some(method), point, &watch()).unwrap().report;
+    assert_eq!(more.status, Status::Optimal);
+    assert!((more.parameters[0].value - own).abs() > 0.05 && more.cost < report.cost - 1e-3);
+}
+
 /// What is infeasible with the first parameters is so; parameters that change nothing, or what a
 /// search holds, are refused by name.
 #[test]

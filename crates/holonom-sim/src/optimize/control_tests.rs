@@ -190,9 +190,9 @@ fn an_optimum_of_fewer_steps_is_kept() {
 }
 
 /// A method that has few iterations but for its first solve.
-struct Slower {
-    of: Pounce,
-    solves: usize,
+pub(super) struct Slower {
+    pub(super) of: Pounce,
+    pub(super) solves: usize,
 }
 
 impl NlpSolver for Slower {
