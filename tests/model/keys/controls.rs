@@ -289,7 +289,7 @@ fn designed(run: &Run) -> Checks {
     let mut checks = Checks::default();
     let text = ModelText::from_text(Path::new("model.toml"), run.document.to_string());
     let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
-    let found = optimize(&text, &[], &run.model, None, &watch).ok();
+    let found = optimize((&text, &[], &run.model), None, None, &watch).ok();
     let report = found.map(|own| own.report).filter(|own| own.status == Status::Optimal);
     let Some(report) = report else {
         checks.near("there is an optimum", 0.0, 1.0, 1e-3);
