@@ -86,18 +86,13 @@ impl<'a> LeastCost<'a> {
 
     /// The optimum for some parameters, looked for from the last one.
     fn solve(&mut self, theta: &[f64]) -> Result<usize, Refused> {
-        let found = self.solve_at(theta);
-        self.refused = found.is_err();
-        found
-    }
-
-    fn solve_at(&mut self, theta: &[f64]) -> Result<usize, Refused> {
         if let Some(known) = self.optima.iter().position(|own| own.theta == theta) {
             return Ok(known);
         }
         if self.is_stopped() {
             return Err(Refused("it was told to stop".to_owned()));
         }
+        self.refused = true;
         let searched = self.searched(theta).map_err(|error| {
             let words = error.to_string();
             self.failure.get_or_insert(error);
@@ -112,7 +107,8 @@ impl<'a> LeastCost<'a> {
             self.starts = starts;
         }
         let solved = Solved { theta: theta.to_vec(), model, found, refinements };
-        if solved.found.verdict == Verdict::Optimal {
+        self.refused = solved.found.verdict != Verdict::Optimal;
+        if !self.refused {
             self.optima.push(solved);
             return Ok(self.optima.len() - 1);
         }
