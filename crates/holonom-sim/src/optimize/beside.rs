@@ -7,10 +7,11 @@
 //! Each value of `V` is an optimum of its own, judged and replayed, that is looked for from the one
 //! before. The method for the parameters is [`vi_control::constrained_least_squares`].
 
-use super::control::{self, Searched, search};
+use super::control::{self, search};
 use super::design::{free, parameters_found};
 use super::found::{Found, OptimizeFailure, Refinement, StartFound, Status, Step, Watch};
 use super::node::take_times;
+use super::searched::Searched;
 use super::verdict::{is_distance, report, status, with_sensors};
 use crate::design::refused;
 use crate::gradient::trial::{From, ModelTrials};

@@ -6,6 +6,7 @@
 use super::found::{Found, OptimizeFailure, Progress, Refinement, SEED, StartFound, Step, Watch};
 use super::node::{begins, take_times};
 use super::reader::{Reader, supported};
+use super::searched::Searched;
 use super::verdict::{names_of_unknowns, report, starts_outside, status};
 use crate::design::refused;
 use crate::gradient::prepared::{Begin, Prepared};
@@ -262,17 +263,6 @@ pub(super) fn control(
 ) -> Result<Found, OptimizeFailure> {
     let from = from.map_or(From::Guess, From::Point);
     Ok(report(model, search(model, settings, method, from)?))
-}
-
-/// What a search has found, with its iterations and what its beginnings came to.
-pub(super) struct Searched {
-    pub(super) found: Optimum,
-    pub(super) rows: Vec<Step>,
-    pub(super) starts: Vec<StartFound>,
-    /// The optima of the best one with fewer steps.
-    pub(super) refinements: Vec<Refinement>,
-    /// The names of the unknowns of the tree.
-    pub(super) unknowns: Vec<String>,
 }
 
 /// What a search begins with.

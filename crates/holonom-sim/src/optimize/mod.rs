@@ -3,7 +3,7 @@
 //!
 //! | file | concept |
 //! |---|---|
-//! | `control`, `reader`, `verdict` | controls, and the time: a search, what it is asked for, what it has found |
+//! | `control`, `reader`, `searched`, `verdict` | controls, and the time: a search, what it is asked for, what it has found |
 //! | `design`, `rows` | parameters alone: a search, what it counts |
 //! | `beside` | parameters beside controls |
 //! | `node` | times on nodes and within bounds |
@@ -24,6 +24,7 @@ mod kept;
 mod node;
 mod reader;
 mod rows;
+mod searched;
 #[cfg(test)]
 mod sensor_tests;
 mod tables;

@@ -1,6 +1,5 @@
 //! What a search has found, as a report with the model of its motion.
 
-use super::control::Searched;
 use super::found::{
     ConditionMet, ControlFound, Found, Judged, OptimumReport, ProblemSize, Replayed, StartFound,
     Status, plain,
@@ -8,6 +7,7 @@ use super::found::{
 use super::halved;
 use super::kept::{Kept, Point};
 use super::node::take_times;
+use super::searched::Searched;
 use crate::design::refused;
 use crate::gradient::TermValue;
 use holonom_model::{
