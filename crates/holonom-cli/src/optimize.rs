@@ -229,6 +229,10 @@ fn continued(earlier: &str, table: &str) -> String {
 
 /// What there is instead of an optimum.
 fn failure(error: Option<OptimizeFailure>) -> Failure {
+    if let Some(error @ OptimizeFailure::Another) = error {
+        let help = "search again with `holonom optimize MODEL --force`".into();
+        return Failure::Usage { message: error.to_string(), help };
+    }
     let message = error.map_or_else(|| "no optimum was found".into(), |error| error.to_string());
     Failure::before_a_step(message, "`holonom run` shows whether the motion reaches its end")
 }

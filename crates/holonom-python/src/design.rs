@@ -144,7 +144,7 @@ fn optimize<'py>(
     asked.stopped()?;
     let found = found.map_err(|error| match error {
         OptimizeFailure::Model(error) => model.refused(py, &error),
-        error @ OptimizeFailure::Run(_) => raise(py, "AnalysisFailed", (error.to_string(),)),
+        error => raise(py, "AnalysisFailed", (error.to_string(),)),
     })?;
     let value = serde_json::to_value(&found.report).unwrap_or_default();
     let words = text::optimum(&found.report);
