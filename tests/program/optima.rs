@@ -156,18 +156,18 @@ fn a_design_goes_on_in_its_folder() {
 #[cfg(feature = "optimize")]
 #[test]
 fn controls_go_on_in_their_folder() {
-    let timed = "optimize = { time = { min = 0.5, max = 3.0 }, refine = 0 }";
+    let timed = "optimize = { time = { min = 0.5, max = 3.0 }";
     let control = CONTROL.replace("equals = -1.0", "equals = 2.2");
     let soon = control.replace(
         "type = \"effort\" }",
         "type = \"effort\" }, { name = \"soon\", type = \"time\", weight = 3.0 }",
     );
-    let fixed = format!("{control}optimize = {{ refine = 0 }}");
-    for (case, more) in [("time", format!("{soon}{timed}")), ("fixed", fixed)] {
+    for (case, refine) in [("whole", 0), ("refined", 2)] {
+        let more = format!("{soon}{timed}, refine = {refine} }}");
         let folder = written(&format!("resume_{case}"), &more);
         assert_eq!(code(&folder, &["optimize", "clock.toml"]), 0);
         let whole = optimum(&folder);
-        let few = ["optimize", "clock.toml", "--force", "--set", "optimize.max_iterations=4"];
+        let few = ["optimize", "clock.toml", "--force", "--set", "optimize.max_iterations=5"];
         let done = holonom(&folder, &few);
         assert_eq!(done.status.code(), Some(1), "{}", words(&done));
         goes_on(&folder, &whole);
