@@ -156,7 +156,7 @@ fn a_design_goes_on_in_its_folder() {
 #[cfg(feature = "optimize")]
 #[test]
 fn controls_go_on_in_their_folder() {
-    let timed = "optimize = { time = { min = 0.5, max = 3.0 }";
+    let timed = "optimize = { time = { min = 0.5, max = 3.0, guess = 2.0 }";
     let control = CONTROL.replace("equals = -1.0", "equals = 2.2");
     let soon = control.replace(
         "type = \"effort\" }",
