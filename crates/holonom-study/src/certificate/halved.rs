@@ -11,6 +11,8 @@ const MOST: u64 = 20_000;
 const SLACK: f64 = 0.4;
 /// Parts of a size below which a difference is rounding.
 pub(super) const ROUND_OFF: f64 = 1e-11;
+/// Parts of the energies that were exchanged, above which a balance that does not fall is wrong.
+const WRONG: f64 = 1e-2;
 /// Largest residual of a constraint at position level that is rounding, relative to the largest
 /// coordinate.
 pub(super) const RESIDUAL: f64 = 1e-10;
@@ -78,15 +80,18 @@ pub(super) fn judged_order(
     }
 }
 
-/// Whether what a balance misses at the end, J, falls with the step, or is rounding of the energies
-/// that were `exchanged`.
+/// Whether what a balance misses, J, falls with the step, or is rounding of the energies that were
+/// `exchanged`. What does not fall, and is a part of those, fails.
 pub(super) fn judged_balance(finding: Finding, balance: [f64; 2], exchanged: f64) -> Finding {
     let [coarse, fine] = balance.map(f64::abs);
     let falls = fine <= ROUND_OFF * exchanged || fine < 0.5 * coarse;
+    let judged = passed_or(falls, DOES_NOT_FALL, finding);
+    let is_wrong = !falls && fine > WRONG * exchanged;
     Finding {
         measured: format!("{coarse:.1e} J, with half the step {fine:.1e} J"),
         value: Some(coarse),
-        ..passed_or(falls, DOES_NOT_FALL, finding)
+        verdict: if is_wrong { Verdict::Fail } else { judged.verdict },
+        ..judged
     }
 }
 
