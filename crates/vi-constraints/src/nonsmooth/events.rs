@@ -301,7 +301,8 @@ impl Nonsmooth {
                     } else if !self.node.may_relax {
                         self.node.may_relax = true;
                     } else {
-                        return Err(refused.clone());
+                        let wedged = self.node.wedged(&self.elements);
+                        return Err(wedged.map_or_else(|| refused.clone(), StepError::from));
                     }
                 }
                 Err(error)

@@ -12,6 +12,7 @@
 //! of two stops. What is hit in such an island is a contact without restitution: all of its gaps,
 //! that are closed by one motion, hold then.
 
+use super::ContactFault;
 use super::impulses::NodeImpulses;
 use super::node_law::{CLOSED, Contact, Kind};
 use super::stepping::Stepping;
@@ -64,6 +65,25 @@ impl NodeImpulses {
         lambda.copy_from_slice(begun);
         *is_guarded |= any;
         any
+    }
+
+    /// Why no impulses were found for the island of the last fault: that no motion opens some of
+    /// its contacts, whatever their friction; `None` where one does.
+    pub(super) fn wedged(&mut self, elements: &Elements) -> Option<ContactFault> {
+        let Self { contacts, islands, refused, W, arrival, collision, .. } = self;
+        let is_pressed = |own: &&Contact| own.law.restitution().is_some();
+        let of = || islands.contacts(*refused).iter().map(|place| &contacts[*place]);
+        collision.open_normals(of().filter(is_pressed), W, |i| arrival[i]);
+        let mut names: Vec<&str> = Vec::new();
+        for place in collision.wedged() {
+            let element = of().filter(is_pressed).nth(place)?.id.element;
+            let name = elements[element as usize].name();
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let element = names.join("`, `");
+        (!element.is_empty()).then_some(ContactFault::Immovable { element })
     }
 
     /// Whether something is hit.

@@ -18,7 +18,8 @@ use super::unilateral::ContactLaw;
 use super::{ContactFault, delassus::Delassus};
 use crate::scheme::StepError;
 use serde::{Deserialize, Serialize};
-use vi_core::cone::{Cone, ConeSolver};
+use std::ops::Range;
+use vi_core::cone::{Cone, ConeFault, ConeSolver};
 
 /// What an impact is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,11 +53,42 @@ impl VelocityProblem {
         W: &Delassus,
         w: impl Fn(usize) -> f64,
     ) {
+        self.state(contacts.map(|own| (own.cone(), own.row..own.row + own.law.rows())), W, w);
+    }
+
+    /// The same of their normals alone.
+    pub(super) fn open_normals<'a>(
+        &mut self,
+        contacts: impl Iterator<Item = &'a Contact>,
+        W: &Delassus,
+        w: impl Fn(usize) -> f64,
+    ) {
+        self.state(contacts.map(|own| (Cone::Normal, own.row..own.row + 1)), W, w);
+    }
+
+    /// Which of the contacts no motion opens together: places among those that were stated.
+    pub(super) fn wedged(&mut self) -> Vec<usize> {
+        const PART: f64 = 1e-6; // of the largest of the impulses that balance one another
+        let Self { solver, cones, W, w, lambda, .. } = self;
+        match solver.solve(cones, W, w, lambda) {
+            Err(ConeFault::Wedged { .. }) => {
+                (0..lambda.len()).filter(|place| lambda[*place] > PART).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn state(
+        &mut self,
+        laws: impl Iterator<Item = (Cone, Range<usize>)>,
+        W: &Delassus,
+        w: impl Fn(usize) -> f64,
+    ) {
         self.cones.clear();
         self.rows.clear();
-        for contact in contacts {
-            self.cones.push(contact.cone());
-            self.rows.extend(contact.row..contact.row + contact.law.rows());
+        for (cone, rows) in laws {
+            self.cones.push(cone);
+            self.rows.extend(rows);
         }
         self.W.clear();
         for i in &self.rows {
