@@ -428,3 +428,61 @@ fn touches_of_compliant_contacts_are_events() {
     assert!((of[2].0 - of[1].0 - 2.0 * fall).abs() < 1e-3);
     assert_ne!(all[0].2, "touch still", "it touches from the start");
 }
+
+/// A ball that passes a plate within a step is not seen: that is said, and what helps; not of one
+/// that ends in the plate, misses it or flies away.
+#[test]
+fn bodies_that_pass_one_another_in_a_step_are_named() {
+    let text = |velocity: [f64; 3], position: [f64; 3], thick: f64| {
+        heavy("tunnel", [0.0; 3], "step = 0.005, end = 0.1")
+            + &part("body", "plate")
+            + &format!("mass = 1.0\nshape = {{ type = \"box\", dimensions = [{thick:?}, 1.0, 1.0] }}\n")
+            + &part("body", "shot")
+            + "mass = 0.01\nshape = { type = \"sphere\", dimensions = [0.005] }\n"
+            + &format!("position = {position:?}\nvelocity = {velocity:?}\n")
+            + &part("contact", "hit")
+            + "a = \"plate\"\nb = \"shot\"\n"
+    };
+    let remarks = |text: &str| Model::from_toml(text).unwrap().contact_remarks();
+    let found = remarks(&text([150.0, 0.0, 0.0], [-0.5, 0.0, 0.0], 0.005));
+    println!("{found:?}");
+    assert!(found[0].contains("in a step `plate` and `shot` approach one another by 7.50e-1 m"));
+    assert!(found[0].contains("take a step of 5e-5 s or less"), "{found:?}");
+    for quiet in [
+        text([2.0, 0.0, 0.0], [-0.5, 0.0, 0.0], 0.005),
+        text([150.0, 0.0, 0.0], [-0.5, 0.0, 0.0], 1.0),
+        text([150.0, 0.0, 0.0], [0.5, 0.0, 0.0], 0.005),
+        text([150.0, 0.0, 0.0], [-0.5, 5.0, 0.0], 0.005),
+    ] {
+        assert_eq!(remarks(&quiet), Vec::<String>::new(), "{quiet}");
+    }
+}
+
+/// What a prescribed body presses against a wall is named, with friction as well.
+#[test]
+fn what_no_motion_opens_is_named_with_friction() {
+    let slab = |name: &str, position: [f64; 3]| {
+        part("body", name)
+            + "mass = 1.0\nshape = { type = \"box\", dimensions = [0.1, 0.2, 0.2] }\n"
+            + &format!("position = {position:?}\n")
+    };
+    for friction in [0.0, 0.3] {
+        let text = heavy("jaw", [0.0; 3], "step = 0.005, end = 1.0")
+            + &slab("jaw", [-0.2, 0.0, 0.1])
+            + &slab("part", [0.0, 0.0, 0.1])
+            + &slab("wall", [0.15, 0.0, 0.1])
+            + "fixed = true\n"
+            + &part("joint", "guide")
+            + "type = \"prismatic\"\nparent = \"ground\"\nchild = \"jaw\"\nposition = [-0.2, 0.0, 0.1]\naxis = [1.0, 0.0, 0.0]\nrate = 0.2\n"
+            + &part("constraint", "push")
+            + "type = \"motion\"\njoint = \"guide\"\npath = { rate = 0.2 }\n"
+            + &part("contact", "grip")
+            + &format!("a = [\"jaw\", \"wall\"]\nb = \"part\"\nfriction = {friction:?}\n");
+        let mut run = prepare(&Model::from_toml(&text).unwrap()).unwrap();
+        let outcome = run.run(&mut |_: &Sample| Ok(()), &mut |_, _| {}).unwrap();
+        let RunOutcome::Failed(failure) = outcome else { panic!("{outcome:?}") };
+        println!("{}", failure.message);
+        assert!(failure.message.contains("no motion opens the contact of"), "{}", failure.message);
+        assert!(failure.message.contains("jaw–part"), "{}", failure.message);
+    }
+}
