@@ -27,6 +27,7 @@ use std::sync::Arc;
 use vi_core::bracket::Bracket;
 use vi_core::contact_state::ContactId;
 use vi_core::interval::Interval;
+use vi_core::linear::dot;
 use vi_core::newton::NewtonReport;
 use vi_core::state::State;
 
@@ -42,6 +43,8 @@ const BRANCHES: usize = 8;
 /// So many first touches are nodes of a step of fixed length, where impulses would lift what is
 /// named inside of another shape.
 const MOST_TOUCHES: u64 = 24;
+/// Kinetic energy that a step may hide from a part of it.
+const HIDDEN: f64 = 1e-2;
 /// Parts of a step that are not taken by themselves.
 const REST: f64 = 1e-9;
 /// The shortest part of a step whose impulses are looked for where those of longer ones are not
@@ -97,6 +100,7 @@ pub struct Nonsmooth {
     near: Vec<(ContactId, f64)>, // gaps at the end of the last step, in their sizes
     start: Vec<(ContactId, f64)>, // the same where the step starts
     is_current: bool,            // `near` is of the present node
+    is_undivided: bool,          // no node is put within the step
     found: Vec<(u32, f64)>,
     scratch: ContactRows,
     v: [Vec<f64>; 2], // n  velocities at both ends of a step
@@ -126,6 +130,7 @@ impl Nonsmooth {
             near: Vec::new(),
             start: Vec::new(),
             is_current: false,
+            is_undivided: false,
             found: Vec::new(),
             scratch: ContactRows::default(),
             v: [Vec::new(), Vec::new()],
@@ -349,7 +354,18 @@ impl Nonsmooth {
                 self.node.open(&self.elements, run, (state, step.h), &self.set)?;
             }
         }
-        if divides && let Some(to) = self.solve_to_touch(run, (sub_step, whole), state)? {
+        let mut touch = None;
+        if divides {
+            self.is_undivided = false;
+            touch = self.solve_to_touch(run, (sub_step, whole), state)?;
+            if self.is_undivided {
+                touch = None;
+                self.close(state, true);
+                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+                self.solve_fixed(run, step, state)?;
+            }
+        }
+        if let Some(to) = touch {
             sub_step = SubStep { h: to, t_end: state.t + to, ..step };
             counts.events += 1;
         }
@@ -360,6 +376,21 @@ impl Nonsmooth {
         self.node.accept((state.t, sub_step.h), run.end, &mut self.records);
         self.is_current = true;
         Ok(sub_step.t_end)
+    }
+
+    /// Whether nodes may be put within a step `h`: shorter steps then show no kinetic energy that
+    /// the mass matrix of this one, with what stiff elements add to it, hides.
+    fn may_divide<S: Discretization<C>, C: Constraints>(
+        &mut self,
+        run: &mut Stepping<'_, S, C>,
+        (h, state): (f64, &State),
+    ) -> Result<bool, StepError> {
+        let [long, short] = &mut self.v;
+        [&mut *long, short].into_iter().for_each(|v| v.resize(state.q.len(), 0.0));
+        run.velocity(state, h, &state.p, long)?;
+        run.velocity(state, 0.0, &state.p, short)?;
+        let [long, short] = [&*long, short].map(|v| dot(v, &state.p).abs());
+        Ok(short - long <= HIDDEN * long)
     }
 
     /// `set`: the contacts that are closed at the node of a state, and dry friction; of many ones
@@ -482,6 +513,10 @@ impl Nonsmooth {
                     self.solve(run, step, state)?;
                     return Ok(None);
                 }
+            }
+            if self.options.method == Method::Events && !self.may_divide(run, (end.0, state))? {
+                self.is_undivided = true;
+                return Ok(None);
             }
             for _ in 0..BRANCHES {
                 let (found, at) = self.first_touch(run, (step, whole, end), state)?;
