@@ -91,8 +91,8 @@ mod statics {
 mod model {
     mod box_contacts;
     mod bushing_laws;
-    mod contact_energies;
     mod contact_laws;
+    mod contact_nodes;
     mod contact_wiring;
     mod contacts;
     mod cylinder_contacts;
