@@ -241,9 +241,19 @@ mod tests {
                 "condition = [{{ name = \"c\", sensor = \"angle\", equals = 3.0 }}, {{ name = \"d\", {keys} }}]"
             ))
         };
-        let open = two("sensor = \"angle\", at = \"path\", max = 2.0");
-        assert!(open.contains("bounds of `d`") && open.contains("of at most 2"), "{open}");
-        assert!(two("sensor = \"angle\", at = \"path\", min = 4.0").contains("of 4 or more"));
+        assert!(two("sensor = \"angle\", at = \"path\", max = 2.0").contains("bounds of `d`"));
+        for (bounds, words) in [
+            ("max = 2.0", "write a value of at most 2"),
+            ("min = 4.0", "write a value of 4 or more"),
+            ("min = 4.0, max = 5.0", "write a value from 4 to 5"),
+        ] {
+            let text = format!(
+                "{HEAD}condition = [{{ name = \"c\", sensor = \"angle\", equals = 3.0 }}, \
+                 {{ name = \"d\", sensor = \"angle\", at = \"path\", {bounds} }}]"
+            );
+            let said = format!("{:?}", Model::from_toml(&text));
+            assert!(said.contains(words), "{bounds}: {said}");
+        }
         assert_eq!(two("sensor = \"angle\", at = \"path\", max = 4.0"), "");
         let rest =
             "condition = [{ name = \"c\", type = \"rest\" }, { name = \"d\", type = \"rest\" }]";
@@ -259,8 +269,8 @@ mod tests {
                        [[sensor]]\nname = \"spin\"\ntype = \"angular_velocity\"\nof = \"b\"\n\
                        [[sensor]]\nname = \"place\"\ntype = \"position\"\nof = \"b\"\n";
         let head = HEAD
-            .replace("body = [", "body = [{ name = \"c\", mass = 1.0, inertia = [1.0, 1.0, 1.0] }, ")
-            .replace("joint = [", "joint = [{ name = \"k\", type = \"revolute\", parent = \"b\", child = \"c\", position = [0, 0, 0], axis = [0, 0, 1] }, ")
+            .replace("body = [", "body = [{ name = \"e\", mass = 1.0, inertia = [1.0, 1.0, 1.0] }, ")
+            .replace("joint = [", "joint = [{ name = \"k\", type = \"revolute\", parent = \"b\", child = \"e\", position = [0, 0, 0], axis = [0, 0, 1] }, ")
             .lines()
             .filter(|line| !line.contains("sensor ="))
             .collect::<Vec<_>>()
@@ -270,7 +280,7 @@ mod tests {
                 "{head}\n{sensors}[[condition]]\nname = \"stop\"\ntype = \"rest\"\nof = {of}\n\
                  [[condition]]\nname = \"c\"\n{keys}\n"
             );
-            Model::from_toml(&text).err().map(|error| error.to_string()).unwrap_or_default()
+            Model::from_toml(&text).err().map(|error| format!("{error:?}")).unwrap_or_default()
         };
         for (of, keys) in [
             ("[]", "sensor = \"rate\"\nequals = 0.0"),
@@ -298,7 +308,7 @@ mod tests {
         for (of, refused) in [("[]", true), ("[\"j\"]", true), ("[\"k\"]", false)] {
             let more = format!("condition = [{{ name = \"stop\", type = \"rest\", of = {of} }}]");
             let said = Model::from_toml(&format!("{momentum}{more}")).err();
-            let said = said.map(|error| error.to_string()).unwrap_or_default();
+            let said = said.map(|error| format!("{error:?}")).unwrap_or_default();
             assert_eq!(said.contains("objective.p.type"), refused, "{of}: {said}");
         }
     }
