@@ -295,7 +295,8 @@ fn designed(run: &Run) -> Checks {
         checks.near("there is an optimum", 0.0, 1.0, 1e-3);
         return checks;
     };
-    checks.near("searches", report.starts.len() as f64, 2.0, 1e-3);
+    let searches: usize = report.starts.iter().map(|own| own.count).sum();
+    checks.near("searches", searches as f64, 2.0, 1e-3);
     for (name, speed) in speeds() {
         let own = report.parameters.iter().find(|own| own.name == name);
         checks.near(name, own.map_or(f64::INFINITY, |own| own.value), speed, 1e-8);
