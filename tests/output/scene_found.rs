@@ -1,7 +1,7 @@
 //! Pages of what was looked for, in a real browser: designs, optimal controls, estimates.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::output::browser::{Shown, assert_marked, browser, show, with_keys};
+use crate::output::browser::{Shown, browser, show, with_keys};
 use crate::program::command::{command, folder};
 use std::fs;
 use std::path::{Path, PathBuf};
