@@ -436,7 +436,9 @@ fn bodies_that_pass_one_another_in_a_step_are_named() {
     let text = |velocity: [f64; 3], position: [f64; 3], thick: f64| {
         heavy("tunnel", [0.0; 3], "step = 0.005, end = 0.1")
             + &part("body", "plate")
-            + &format!("mass = 1.0\nshape = {{ type = \"box\", dimensions = [{thick:?}, 1.0, 1.0] }}\n")
+            + &format!(
+                "mass = 1.0\nshape = {{ type = \"box\", dimensions = [{thick:?}, 1.0, 1.0] }}\n"
+            )
             + &part("body", "shot")
             + "mass = 0.01\nshape = { type = \"sphere\", dimensions = [0.005] }\n"
             + &format!("position = {position:?}\nvelocity = {velocity:?}\n")
