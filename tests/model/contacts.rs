@@ -485,6 +485,8 @@ fn what_no_motion_opens_is_named_with_friction() {
         let RunOutcome::Failed(failure) = outcome else { panic!("{outcome:?}") };
         println!("{}", failure.message);
         assert!(failure.message.contains("no motion opens the contact of"), "{}", failure.message);
-        assert!(failure.message.contains("jaw–part"), "{}", failure.message);
+        // the frictionless laws name one side of the jaw at least
+        let named = ["jaw–part", "wall–part"].map(|own| failure.message.contains(own));
+        assert!(named.contains(&true), "{}", failure.message);
     }
 }
