@@ -83,7 +83,7 @@ fn a_path_has_a_row_for_each_node() {
         let system = Arc::new(case.system());
         Transcription::new(&case.mechanism, system, case.initial(), own, &guess).unwrap()
     };
-    let bounds = [0.1, f64::INFINITY];
+    let bounds = [-1.0, f64::INFINITY];
     let above = Condition {
         name: "tip".into(),
         quantity: Quantity::of(height()),

@@ -439,7 +439,7 @@ fn of_numbers_with_velocities(name: &str) {
                 let kind = CostKind::Number { quantity, judged, when };
                 problem.costs.push(Cost { weight: 0.7, kind });
             }
-            let (name, bounds) = (format!("rate {k}"), [-1.0, 1.0]);
+            let (name, bounds) = (format!("rate {k}"), [-9.0, 9.0]);
             problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
         }
         let (all, eta) = (TerminalMomentum::of(&case.mechanism), [(1, 0.8), (0, -0.3)]);
