@@ -50,7 +50,7 @@ pub(super) const CLOSED: f64 = 1e-11;
 /// Changes of the kind of a contact that tell of an iteration that does not settle it.
 const ALTERNATES: usize = 8;
 
-/// What counts as at the bound of Coulomb's law, in parts of it, and of dry friction, whose impulses
+/// What counts as at the bound of Coulomb's law, in parts of it; of dry friction, whose impulses
 /// may be those of a bound that was known before.
 const INSIDE: f64 = 1e-9;
 const INSIDE_DRY: f64 = 1e-3;
