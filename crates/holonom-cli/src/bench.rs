@@ -14,8 +14,8 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     if let Some(order) = &arguments.order {
         overrides.push(Override::new("simulation.order", order));
     }
-    let input = || Input::new(&arguments.model, overrides.clone(), arguments.json);
-    let model = input().read()?;
+    let input = Input::new(&arguments.model, overrides, arguments.json);
+    let model = input.read()?;
     let own = model.settings.scheme;
     if arguments.schemes.contains(&Scheme::Static)
         || (arguments.schemes.is_empty() && own == Scheme::Static)
@@ -26,7 +26,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let request = BenchRequest { schemes: arguments.schemes.clone(), steps: arguments.steps };
     let found = match measured(&model, &request) {
         Ok(found) => found,
-        Err(error) => return Err(input().refused(error)?),
+        Err(error) => return Err(input.refused(error)?),
     };
     if arguments.json {
         return stdout::json(&serde_json::to_value(&found).unwrap_or_default());

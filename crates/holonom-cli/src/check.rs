@@ -23,19 +23,19 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
         Failure::unless_vacant(file, arguments.force)?;
     }
-    let input = || Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
-    let (model, simulation) = input().assemble()?;
+    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let (model, simulation) = input.assemble()?;
     if let Some(file) = &arguments.page {
         match page(&model, simulation.as_ref()) {
             Ok(page) => picture::whole(file, page.as_bytes())?,
-            Err(error) => return Err(input().refused(error)?),
+            Err(error) => return Err(input.refused(error)?),
         }
     }
     if let (Some(file), Some(format)) = (&arguments.picture, format) {
         match configuration(&model) {
             Ok(Some(drawing)) => picture::write(file, &drawing, format, PIXELS)?,
             Ok(None) => return Err(nothing_to_draw()),
-            Err(error) => return Err(input().refused(error)?),
+            Err(error) => return Err(input.refused(error)?),
         }
     }
     let written = [("page", &arguments.page), ("picture", &arguments.picture)];

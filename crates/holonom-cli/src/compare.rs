@@ -15,8 +15,8 @@ use crate::{stderr, stdout};
 const FILES: [&str; 3] = ["compare.json", "compare.html", "model.toml"];
 
 pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
-    let overrides = arguments.model.set.clone();
-    let model = Input::new(&arguments.model, overrides.clone(), arguments.json).read()?;
+    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let model = input.read()?;
     arguments.schemes.iter().try_for_each(|scheme| check(*scheme))?;
     let path = &arguments.model.model;
     let folder =
@@ -39,10 +39,7 @@ pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
     };
     let comparison = match compared(&model, &request, &mut progress) {
         Ok(comparison) => comparison,
-        Err(CompareError::Model(error)) => {
-            let input = Input::new(&arguments.model, overrides, arguments.json);
-            return Err(input.refused(error)?);
-        }
+        Err(CompareError::Model(error)) => return Err(input.refused(error)?),
         Err(error) => {
             let help = "see `holonom compare --help`".into();
             return Err(Failure::Usage { message: error.to_string(), help });

@@ -8,7 +8,7 @@ use holonom::report::rounded;
 
 use crate::arguments::{By, GradientArguments};
 use crate::failure::Failure;
-use crate::input::{Input, text_of};
+use crate::input::Input;
 use crate::{stderr, stdout};
 
 /// The file of a gradient.
@@ -32,13 +32,13 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
     if let Some(folder) = &arguments.output {
         RunFolder::vacant(folder, &[FILE], arguments.force)?;
     }
-    let overrides = arguments.model.set.clone();
-    let text = text_of(&arguments.model.model);
+    let overrides = &arguments.model.set;
+    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
     let mut failed = None;
     let make = |model: &holonom::Model| {
-        let found = find(&text, &overrides, model, &wanted).and_then(|mut found| {
+        let found = find(input.text(), overrides, model, &wanted).and_then(|mut found| {
             if arguments.check {
-                found.check(&text, &overrides, model, &wanted)?;
+                found.check(input.text(), overrides, model, &wanted)?;
             }
             Ok(found)
         });
@@ -51,7 +51,6 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
             }
         }
     };
-    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
     let (model, found) = input.assemble_as(make)?;
     let Some(found) = found else { return Err(failure(failed)) };
     warn_of_tolerance(&model);

@@ -14,7 +14,7 @@ use holonom::{Model, RunFolder};
 use crate::arguments::IdentifyArguments;
 use crate::failure::Failure;
 use crate::gradient::warn_of_tolerance;
-use crate::input::{Input, text_of};
+use crate::input::Input;
 use crate::reproduce::command;
 use crate::run::{conduct, keep_the_model, warn_of_assembly};
 use crate::signals::Signals;
@@ -39,13 +39,11 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
         arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(model, "estimate"));
     keep_the_model(model, &folder.join("model.toml"))?;
     keep_the_model(&arguments.data, &folder.join(ROWS))?;
-    let overrides = arguments.model.set.clone();
-    let input = Input::new(&arguments.model, overrides.clone(), talk.json);
+    let input = Input::new(&arguments.model, arguments.model.set.clone(), talk.json);
     let mut failed = None;
     RunFolder::vacant(&folder, &["summary.json", ESTIMATE, ROWS], arguments.force)?;
     let signals = Signals::watch();
-    let file = text_of(model);
-    let make = |model: &Model| match estimate(arguments, (&file, model), &text, &signals) {
+    let make = |model: &Model| match estimate(arguments, (input.text(), model), &text, &signals) {
         Ok(found) => {
             let simulation = Simulation::with_outside(&found.model, &found.start)?;
             Ok(Some((found, simulation)))

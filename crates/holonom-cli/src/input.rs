@@ -1,8 +1,6 @@
 //! Reading a model that the command line names.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::path::Path;
 
 use holonom::experiment::Experiment;
 use holonom::model::ModelText;
@@ -14,64 +12,58 @@ use crate::diagnostic::InvalidModel;
 use crate::failure::Failure;
 use crate::{memory, stdout};
 
-/// The text of a model file. A stream, as standard input, can be read once: later calls return what
-/// was read of it.
-pub(crate) fn text_of(path: &Path) -> ModelText {
-    static STREAMS: Mutex<BTreeMap<PathBuf, ModelText>> = Mutex::new(BTreeMap::new());
-    if path.is_file() {
-        return ModelText::read(path);
-    }
-    let mut streams = STREAMS.lock().unwrap_or_else(PoisonError::into_inner);
-    streams.entry(path.to_owned()).or_insert_with(|| ModelText::read(path)).clone()
-}
-
-/// A model file, as far as it could be read.
+/// A model file, as far as it could be read, once: standard input cannot be read again.
 pub(crate) struct Input<'a> {
     arguments: &'a ModelArguments,
     overrides: Vec<Override>,
     json: bool,
-    text: Option<ModelText>,
+    text: ModelText,
 }
 
 impl<'a> Input<'a> {
     pub(crate) fn new(arguments: &'a ModelArguments, overrides: Vec<Override>, json: bool) -> Self {
-        Self { arguments, overrides, json, text: None }
+        let text = ModelText::read(&arguments.model);
+        Self { arguments, overrides, json, text }
     }
 
     /// With a text that is at hand.
-    pub(crate) fn of(self, text: ModelText) -> Self {
-        Self { text: Some(text), ..self }
+    pub(crate) fn of(
+        arguments: &'a ModelArguments,
+        overrides: Vec<Override>,
+        json: bool,
+        text: ModelText,
+    ) -> Self {
+        Self { arguments, overrides, json, text }
     }
 
-    fn text(&mut self) -> ModelText {
-        self.text.take().unwrap_or_else(|| text_of(&self.arguments.model))
+    pub(crate) fn path(&self) -> &Path {
+        &self.arguments.model
+    }
+
+    pub(crate) fn text(&self) -> &ModelText {
+        &self.text
+    }
+
+    pub(crate) fn overrides(&self) -> &[Override] {
+        &self.overrides
     }
 
     /// Reads and checks the model. With `json`, problems go to standard output too.
-    pub(crate) fn read(self) -> Result<Model, Failure> {
+    pub(crate) fn read(&self) -> Result<Model, Failure> {
         self.assemble_as(|_| Ok(())).map(|(model, ())| model)
     }
 
     /// The same, and assembles it.
-    pub(crate) fn assemble(self) -> Result<(Model, Box<dyn Experiment>), Failure> {
+    pub(crate) fn assemble(&self) -> Result<(Model, Box<dyn Experiment>), Failure> {
         self.assemble_as(prepare)
     }
 
     /// The same, assembled by `make`.
     pub(crate) fn assemble_as<T>(
-        self,
+        &self,
         make: impl FnOnce(&Model) -> Result<T, ModelError>,
     ) -> Result<(Model, T), Failure> {
-        self.with_text(make).map(|(_, model, made)| (model, made))
-    }
-
-    /// The same with the text of the model.
-    pub(crate) fn with_text<T>(
-        mut self,
-        make: impl FnOnce(&Model) -> Result<T, ModelError>,
-    ) -> Result<(ModelText, Model, T), Failure> {
-        let text = self.text();
-        let model = text.model(&self.overrides);
+        let model = self.text.model(&self.overrides);
         if let Ok(model) = &model {
             memory::check(model)?;
         }
@@ -80,20 +72,15 @@ impl<'a> Input<'a> {
             Ok((model, made))
         });
         match assembled {
-            Ok((model, made)) => Ok((text, model, made)),
-            Err(error) => Err(self.invalid(text, error)?),
+            Ok(both) => Ok(both),
+            Err(error) => Err(self.refused(error)?),
         }
     }
 
     /// A model that could be read and cannot be assembled.
-    pub(crate) fn refused(mut self, error: ModelError) -> Result<Failure, Failure> {
-        let text = self.text();
-        self.invalid(text, error)
-    }
-
-    fn invalid(self, text: ModelText, error: ModelError) -> Result<Failure, Failure> {
-        let (path, overrides) = (self.arguments.model.clone(), self.overrides);
-        let invalid = InvalidModel { path, text, overrides, error };
+    pub(crate) fn refused(&self, error: ModelError) -> Result<Failure, Failure> {
+        let (path, overrides) = (self.arguments.model.clone(), self.overrides.clone());
+        let invalid = InvalidModel { path, text: self.text.clone(), overrides, error };
         if self.json {
             // The exit code must say that the model is invalid, whoever reads.
             match stdout::json(&invalid.to_json()) {

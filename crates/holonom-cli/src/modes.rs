@@ -25,13 +25,14 @@ const BUCKLING_FILES: [&str; 3] = ["buckling.json", "buckling.csv", "buckling.ht
 const PICTURES: usize = 20;
 
 pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
+    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
     if let Some(Speeds(speeds)) = &arguments.speeds {
         let analyse = |model: &Model| Campbell::new(model, speeds, arguments.number);
-        let (model, diagram) = analysed(arguments, analyse)?;
+        let (model, diagram) = analysed(&input, analyse)?;
         return campbell(arguments, &model, &diagram);
     }
     let about = arguments.at.into();
-    let (model, (analysis, report)) = analysed(arguments, |model| {
+    let (model, (analysis, report)) = analysed(&input, |model| {
         if arguments.buckling {
             let mut analysis = ModalAnalysis::of_loads(model, about)?;
             let report = analysis.buckling(arguments.number)?;
@@ -47,10 +48,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
         RunFolder::vacant(folder, &files, arguments.force)?;
         let page = match mode_page(&model, &report, &command()) {
             Ok(page) => page,
-            Err(error) => {
-                let overrides = arguments.model.set.clone();
-                return Err(Input::new(&arguments.model, overrides, arguments.json).refused(error)?);
-            }
+            Err(error) => return Err(input.refused(error)?),
         };
         write(&RunFolder::open(folder), files, (&analysis, &report), &page)?;
     }
@@ -62,7 +60,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
 
 /// What an analysis of the model finds; errors of the model with their lines.
 fn analysed<T>(
-    arguments: &ModesArguments,
+    input: &Input,
     analyse: impl Fn(&Model) -> Result<T, ModesError>,
 ) -> Result<(Model, T), Failure> {
     let mut failed = None;
@@ -74,9 +72,7 @@ fn analysed<T>(
             Ok(None)
         }
     };
-    let overrides = arguments.model.set.clone();
-    let (model, found) =
-        Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
+    let (model, found) = input.assemble_as(make)?;
     match (found, failed) {
         (Some(found), _) => Ok((model, found)),
         (None, error) => Err(failure(error)),

@@ -5,18 +5,18 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use holonom::model::{ModelText, read_regular_text};
+use holonom::model::read_regular_text;
 use holonom::optimize::{
     Found, OptimizeFailure, OptimumReport, Progress, Search, Status, Watch, optimize_by_own_method,
 };
 use holonom::report::{optimum_counts, optimum_facts, optimum_page, rounded, scene_of_run};
 use holonom::run::{Control, prepare, run_with};
-use holonom::{Model, Override, RunFolder};
+use holonom::{Model, RunFolder};
 
 use crate::arguments::{ModelArguments, OptimizeArguments, Talk};
 use crate::failure::Failure;
 use crate::gradient::warn_of_tolerance;
-use crate::input::{Input, text_of};
+use crate::input::Input;
 use crate::reproduce::command;
 use crate::run::keep_the_model;
 use crate::signals::Signals;
@@ -35,9 +35,7 @@ const OF_RUN: [&str; 3] = ["model.toml", "summary.json", "trajectory.csv"];
 
 /// A search: of which model, where its results go, where it begins.
 struct Asked<'a> {
-    arguments: &'a ModelArguments,
-    text: ModelText,
-    overrides: Vec<Override>,
+    input: Input<'a>,
     place: PathBuf,
     force: bool,
     /// A search that it continues, with its iterations.
@@ -52,15 +50,9 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     keep_the_model(path, &place.join("model.toml"))?;
     RunFolder::vacant(&place, &FILES, arguments.force)?;
     RunFolder::vacant(&place, &OF_RUN, arguments.force)?;
-    search(Asked {
-        arguments: &arguments.model,
-        text: text_of(path),
-        overrides: arguments.model.set.clone(),
-        place,
-        force: arguments.force,
-        earlier: None,
-        talk: &arguments.talk,
-    })
+    let talk = &arguments.talk;
+    let input = Input::new(&arguments.model, arguments.model.set.clone(), talk.json);
+    search(Asked { input, place, force: arguments.force, earlier: None, talk })
 }
 
 /// Of the folder of a search whether it has found its optimum; `None` of another folder.
@@ -90,15 +82,9 @@ pub(crate) fn resume(place: &Path, talk: &Talk) -> Result<(), Failure> {
     if !talk.quiet {
         stderr::line(&format!("{shown}: the search goes on from where it ended"));
     }
-    search(Asked {
-        arguments: &model,
-        text,
-        overrides: earlier.overrides(),
-        place: place.to_owned(),
-        force: true,
-        earlier: Some((earlier, rows)),
-        talk,
-    })
+    let input = Input::of(&model, earlier.overrides(), talk.json, text);
+    let earlier = Some((earlier, rows));
+    search(Asked { input, place: place.to_owned(), force: true, earlier, talk })
 }
 
 fn search(asked: Asked) -> Result<(), Failure> {
@@ -116,7 +102,7 @@ fn search(asked: Asked) -> Result<(), Failure> {
         ));
         heard.caught().is_none()
     }));
-    let (text, overrides) = (&asked.text, &asked.overrides);
+    let (text, overrides) = (asked.input.text(), asked.input.overrides());
     let from = asked.earlier.as_ref().and_then(|(earlier, _)| earlier.point());
     let mut failed = None;
     let make = |model: &Model| match optimize_by_own_method(text, overrides, model, from, &watch) {
@@ -127,8 +113,7 @@ fn search(asked: Asked) -> Result<(), Failure> {
             Ok(None)
         }
     };
-    let input = Input::new(asked.arguments, overrides.clone(), talk.json).of(text.clone());
-    let (model, found) = input.assemble_as(make)?;
+    let (model, found) = asked.input.assemble_as(make)?;
     bar.finish_and_clear();
     let Some(found) = found else { return Err(failure(failed)) };
     if !talk.quiet {
@@ -175,9 +160,10 @@ fn written(
     let folder = RunFolder::create(place, force)?;
     let [of_numbers, page, iterations, controls, costates, prices, search] = FILES;
     let mut files = vec![of_numbers, page, iterations];
+    let input = &asked.input;
+    let of = (input.text(), input.overrides());
     if !found.report.status.is_found()
-        && let Ok(own) =
-            Search::new(&asked.arguments.model, (&asked.text, &asked.overrides), found.kept.clone())
+        && let Ok(own) = Search::new(input.path(), of, found.kept.clone())
     {
         let text = serde_json::to_string(&own).unwrap_or_default();
         folder.write(search, &(text + "\n"))?;

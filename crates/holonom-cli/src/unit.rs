@@ -9,7 +9,6 @@ use holonom::experiment::Experiment;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError, ModelText};
 use holonom::output::OutputError;
-use holonom::run::prepare;
 use holonom::{Input as Held, Outside, Override, Simulation};
 use holonom_fmu::{Causality, Resources, Unit, Variable};
 pub use holonom_fmu::{Request, Version};
@@ -92,18 +91,18 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     });
     Failure::unless_vacant(&to, arguments.force)?;
     let overrides = &arguments.model.set;
-    let input = || Input::new(&arguments.model, overrides.clone(), arguments.json);
-    let (text, model, run) = input().with_text(prepare)?;
+    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let (model, run) = input.assemble()?;
     let request =
         Request { inputs: arguments.input.clone(), parameters: arguments.parameter.clone() };
     let written = |source: io::Error| Failure::Output(OutputError::Io { path: to.clone(), source });
-    let made = unit((&text, overrides, &model), run.as_ref(), arguments.fmi, request);
+    let made = unit((input.text(), overrides, &model), run.as_ref(), arguments.fmi, request);
     let mut unit = match made {
         Ok(unit) => unit,
         Err(UnitError::Packing(error)) => return Err(written(error)),
         Err(UnitError::Model(error)) => match asked_in_vain(&error) {
             Some(failure) => return Err(failure),
-            None => return Err(input().refused(error)?),
+            None => return Err(input.refused(error)?),
         },
     };
     let package = arguments.package.as_deref();

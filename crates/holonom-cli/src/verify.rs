@@ -3,7 +3,6 @@
 use holonom::RunFolder;
 use holonom::certificate::page::{page, rest, sentence, verdict};
 use holonom::certificate::{ModelCertificate, Provenance, certify_model, now};
-use holonom::run::prepare;
 use holonom::verification::certificate::Verdict;
 use holonom::verification::table::{Cell, CertificateTable, remarks, tables};
 
@@ -17,7 +16,7 @@ use crate::{stderr, stdout};
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
     let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
-    let (text, model, _) = input.with_text(prepare)?;
+    let (model, _) = input.assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "verify"));
     RunFolder::vacant(&folder, &["certificate.json", "certificate.html"], arguments.force)?;
@@ -28,8 +27,12 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     };
     let mut certificate = certify_model(&model, arguments.accuracy, &mut progress)
         .map_err(|message| Failure::Usage { message, help: String::new() })?;
-    certificate.provenance =
-        Some(Provenance::new(command(), now(), text.text().unwrap_or_default(), &overrides));
+    certificate.provenance = Some(Provenance::new(
+        command(),
+        now(),
+        input.text().text().unwrap_or_default(),
+        &overrides,
+    ));
     let folder = RunFolder::open(folder);
     let json = serde_json::to_value(&certificate).unwrap_or_default();
     let files = [
