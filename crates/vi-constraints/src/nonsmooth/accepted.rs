@@ -58,9 +58,10 @@ impl NodeImpulses {
         for contact in &self.contacts {
             counts.largest_reduction = counts.largest_reduction.max(1.0 - contact.reduction);
         }
+        self.find_impulse(end.q.len());
         if records.nodes.is_empty() && !self.lambda.is_empty() {
             let FirstImpulses { whole, up_to, arrived } = &mut records.first;
-            self.contact_impulse(end.q.len(), whole);
+            whole.clone_from(&self.impulse);
             for of in [&mut *up_to, &mut *arrived] {
                 of.resize(end.q.len(), 0.0);
             }
@@ -85,15 +86,13 @@ impl NodeImpulses {
         records.nodes.push(NodeRecord { t, before, after: h, contacts });
     }
 
-    /// `out ← BᵀΛ` of the step that was solved last, N·s, shape `n`; empty without contacts.
-    pub(super) fn contact_impulse(&self, n: usize, out: &mut Vec<f64>) {
-        out.clear();
-        if self.lambda.is_empty() {
-            return;
-        }
-        out.resize(n, 0.0);
-        for (i, (lambda, impact)) in self.lambda.iter().zip(&self.impacts).enumerate() {
-            self.rows.add_to(i, lambda + impact, out);
+    /// `BᵀΛ` of the step that was solved last.
+    fn find_impulse(&mut self, n: usize) {
+        let Self { rows, lambda, impacts, impulse, .. } = self;
+        impulse.clear();
+        impulse.resize(if lambda.is_empty() { 0 } else { n }, 0.0);
+        for (i, (lambda, impact)) in lambda.iter().zip(&*impacts).enumerate() {
+            rows.add_to(i, lambda + impact, impulse);
         }
     }
 

@@ -106,7 +106,6 @@ pub struct Nonsmooth {
     v: [Vec<f64>; 2], // n  velocities at both ends of a step
     probe: Interval,
     first: Interval,          // of a step with several nodes
-    impulse: Vec<f64>,        // n  BᵀΛ of the last node, scratch
     base: Option<Box<State>>, // where a step begins
 }
 
@@ -136,7 +135,6 @@ impl Nonsmooth {
             v: [Vec::new(), Vec::new()],
             probe: none(),
             first: none(),
-            impulse: Vec::new(),
             base: None,
         }
     }
@@ -252,8 +250,7 @@ impl Nonsmooth {
             events += run.end.contacts.counts.events - base.contacts.counts.events;
             let s = run.scheme.interval();
             if let Some(each) = each {
-                self.node.contact_impulse(s.dim(), &mut self.impulse);
-                let step = Step::single(s, &run.end.memory.multipliers, &self.impulse);
+                let step = Step::single(s, &run.end.memory.multipliers, &self.node.impulse);
                 each(run.system, run.constraints, step);
             }
             if t_end.to_bits() == step.t_end.to_bits() {
@@ -385,6 +382,9 @@ impl Nonsmooth {
         run: &mut Stepping<'_, S, C>,
         (h, state): (f64, &State),
     ) -> Result<bool, StepError> {
+        if !run.system.adds_mass() {
+            return Ok(true);
+        }
         let [long, short] = &mut self.v;
         [&mut *long, short].into_iter().for_each(|v| v.resize(state.q.len(), 0.0));
         run.velocity(state, h, &state.p, long)?;

@@ -29,7 +29,8 @@ pub(super) struct NodeImpulses {
     pub(super) minus: Vec<f64>,   // k  U⁻ after them
     pub(super) plus: Vec<f64>,    // k  U⁺
     pub(super) lambda: Vec<f64>,
-    pub(super) next: Vec<f64>,        // k
+    pub(super) impulse: Vec<f64>, // n  BᵀΛ of the node accepted last; empty without contacts
+    pub(super) next: Vec<f64>,    // k
     pub(super) solved_with: Vec<f64>, // k  Λ of the last step that has a solution, or 0
     pub(super) turning_slip: bool,
     pub(super) impact_law: ImpactLaw,
