@@ -5,6 +5,10 @@ use crate::benchmark::{model, samples};
 use holonom::RunOutcome;
 use holonom::output::SummaryBuilder;
 use holonom::{Model, Sample, Simulation};
+use vi_testkit::model::{AXES, along, body, heavy, hinge, part};
+
+/// Gravity, m/s².
+const DOWN: [f64; 3] = [0.0, 0.0, -9.81];
 
 fn run(model: &Model) -> (Simulation, Vec<Sample>) {
     let mut simulation = Simulation::new(model).unwrap();
@@ -32,69 +36,24 @@ fn joints_that_turn_back_do_not_stop_the_mechanism() {
     assert!(dip > 0.5, "{dip}");
 }
 
-const PENDULUM: &str = r#"
-model = { name = "pendulum", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.002, end = 1.0 }
-[[body]]
-name = "rod"
-mass = 1.0
-shape = { type = "box", dimensions = [0.5, 0.04, 0.04] }
-position = [0.25, 0.0, 0.0]
-[[joint]]
-name = "pin"
-type = "revolute"
-parent = "ground"
-child = "rod"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-friction = { coefficient = 0.2, radius = 0.02 }
-[[sensor]]
-name = "rate"
-type = "joint_rate"
-of = "pin"
-"#;
-
 /// A pendulum whose friction follows from its reaction has a rate at each node from the first step
 /// on.
 #[test]
 fn friction_of_a_reaction_leaves_rates() {
-    let (_, samples) = run(&model(PENDULUM, &[]));
+    let text = heavy("pendulum", DOWN, "step = 0.002, end = 1.0")
+        + &part("body", "rod")
+        + "mass = 1.0\nposition = [0.25, 0.0, 0.0]\n"
+        + "shape = { type = \"box\", dimensions = [0.5, 0.04, 0.04] }\n"
+        + &hinge("pin", ["ground", "rod"], [0.0; 3], AXES[1])
+        + "friction = { coefficient = 0.2, radius = 0.02 }\n"
+        + &part("sensor", "rate")
+        + "type = \"joint_rate\"\nof = \"pin\"\n";
+    let (_, samples) = run(&model(&text, &[]));
     let dip = deepest_dip(&samples, 1e-3);
     let still = samples[1..].iter().filter(|s| s.sensors[0] == 0.0).count();
     println!("pendulum: {still} nodes without a rate, least part of neighbours {dip:.2}");
     assert!(still == 0 && dip > 0.5, "{still} {dip}");
 }
-
-const ANVIL: &str = r#"
-model = { name = "anvil", gravity = [0.0, 0.0, -9.81] }
-simulation = { step = 0.005, end = 1.0 }
-[[body]]
-name = "table"
-mass = 10.0
-inertia = [1.0, 1.0, 1.0]
-[[joint]]
-name = "slide"
-type = "prismatic"
-parent = "ground"
-child = "table"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 0.0, 1.0]
-rate = 0.0
-[[constraint]]
-name = "drive"
-type = "motion"
-joint = "slide"
-path = { rate = 0.0 }
-[[body]]
-name = "ball"
-shape = { type = "sphere", dimensions = [0.1], density = 900.0 }
-position = [0.0, 0.0, 0.5]
-[[contact]]
-name = "on"
-a = { plane = { on = "table" } }
-b = "ball"
-restitution = 0.4
-"#;
 
 /// A ball on a table that moves as stated: touches divide steps into parts of any length, and the
 /// work of the motion is that of the table alone.
@@ -102,7 +61,17 @@ restitution = 0.4
 fn the_work_of_motions_beside_touches_closes_the_balance() {
     for rate in ["0.0", "0.3", "-1.0"] {
         for step in ["0.01", "0.005", "0.0025"] {
-            let text = ANVIL.replace("rate = 0.0", &format!("rate = {rate}"));
+            let text = heavy("anvil", DOWN, "step = 0.005, end = 1.0")
+                + &body("table", 10.0, [1.0; 3])
+                + &along(AXES[2], "prismatic", "slide", ["ground", "table"], [0.0; 3])
+                + &format!("rate = {rate}\n")
+                + &part("constraint", "drive")
+                + &format!("type = \"motion\"\njoint = \"slide\"\npath = {{ rate = {rate} }}\n")
+                + &part("body", "ball")
+                + "shape = { type = \"sphere\", dimensions = [0.1], density = 900.0 }\n"
+                + "position = [0.0, 0.0, 0.5]\n"
+                + &part("contact", "on")
+                + "a = { plane = { on = \"table\" } }\nb = \"ball\"\nrestitution = 0.4\n";
             let (_, samples) = run(&model(&text, &[("simulation.step", step)]));
             let last = samples.last().unwrap();
             let (balance, scale) = (last.energies.last().unwrap().abs(), last.work.abs());
@@ -112,29 +81,16 @@ fn the_work_of_motions_beside_touches_closes_the_balance() {
     }
 }
 
-const DOOR: &str = r#"
-model = { name = "door", gravity = [0.0, 0.0, 0.0] }
-simulation = { step = 0.005, end = 0.5 }
-[[body]]
-name = "door"
-mass = 30.0
-shape = { type = "box", dimensions = [0.9, 0.04, 2.0] }
-position = [0.45, 0.0, 0.0]
-[[joint]]
-name = "hinge"
-type = "revolute"
-parent = "ground"
-child = "door"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 0.0, 1.0]
-rate = 1.5
-limits = { upper = 0.0, restitution = 0.5 }
-"#;
-
 /// An impact at the first node belongs to the work of the run, not to its initial energy.
 #[test]
 fn the_initial_energy_is_that_before_an_impact() {
-    let stated = model(DOOR, &[]);
+    let text = heavy("door", [0.0; 3], "step = 0.005, end = 0.5")
+        + &part("body", "door")
+        + "mass = 30.0\nposition = [0.45, 0.0, 0.0]\n"
+        + "shape = { type = \"box\", dimensions = [0.9, 0.04, 2.0] }\n"
+        + &hinge("hinge", ["ground", "door"], [0.0; 3], AXES[2])
+        + "rate = 1.5\nlimits = { upper = 0.0, restitution = 0.5 }\n";
+    let stated = model(&text, &[]);
     let (simulation, samples) = run(&stated);
     let mut summary = SummaryBuilder::default();
     samples.iter().for_each(|sample| summary.record(sample));
