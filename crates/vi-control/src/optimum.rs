@@ -65,7 +65,7 @@ pub enum Verdict {
 
 /// A solve on the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Level {
+pub struct LevelFound {
     /// Its number of steps.
     pub steps: usize,
     /// `f` where it ended.
@@ -111,7 +111,7 @@ pub struct Optimum {
     /// Iterations of all solves.
     pub iterations: usize,
     /// The solves of each number of steps, the last one included.
-    pub levels: Vec<Level>,
+    pub levels: Vec<LevelFound>,
     /// Where there is an optimum of fewer steps than asked for, and none of these: how many were
     /// asked for. The motion is that optimum, the verdict of the last solve.
     pub wanted: Option<usize>,
@@ -207,7 +207,7 @@ struct Search<'a> {
     setting: &'a dyn Setting,
     progress: &'a Progress,
     iterations: usize,
-    levels: Vec<Level>,
+    levels: Vec<LevelFound>,
 }
 
 impl Search<'_> {
@@ -232,7 +232,7 @@ impl Search<'_> {
         let is_optimal = solved.is_optimum()
             && solved.kkt.is_met(&Tolerances::default())
             && solved.bounded_turns.is_empty();
-        self.levels.push(Level { steps, cost, is_optimal });
+        self.levels.push(LevelFound { steps, cost, is_optimal });
         Ok(solved)
     }
 

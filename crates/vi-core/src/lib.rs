@@ -111,7 +111,7 @@ pub use legendre::Energies;
 pub use mechanical_system::MechanicalSystem;
 pub use newton::{NewtonError, NewtonReport, NewtonSettings};
 pub use num_dual;
-pub use number::{Number, Part};
+pub use number::{Embed, Number};
 pub use potential::{DiscretePotential, Potential, Quadrature};
 pub use shadow_energy::shadow_energy;
 pub use sparse::{Entries, SparseMatrix};

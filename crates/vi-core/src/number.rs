@@ -29,35 +29,35 @@ pub trait Number: nalgebra::RealField + Copy {
 }
 
 /// A number that takes part in formulas of another kind: a constant, or one with a derivative.
-pub trait Part<T>: Number {
+pub trait Embed<T>: Number {
     /// The same number there.
-    fn part(self) -> T;
+    fn embed(self) -> T;
 }
 
-impl<T: Number> Part<T> for f64 {
+impl<T: Number> Embed<T> for f64 {
     #[inline]
-    fn part(self) -> T {
+    fn embed(self) -> T {
         T::of(self)
     }
 }
 
-impl Part<Self> for Dual64 {
+impl Embed<Self> for Dual64 {
     #[inline]
-    fn part(self) -> Self {
+    fn embed(self) -> Self {
         self
     }
 }
 
 /// The derivative is the second one there.
-impl Part<HyperDual64> for Dual64 {
-    fn part(self) -> HyperDual64 {
+impl Embed<HyperDual64> for Dual64 {
+    fn embed(self) -> HyperDual64 {
         HyperDual64::new(self.re, 0.0, self.eps, 0.0)
     }
 }
 
 /// The derivative is the third one there.
-impl Part<HyperHyperDual64> for Dual64 {
-    fn part(self) -> HyperHyperDual64 {
+impl Embed<HyperHyperDual64> for Dual64 {
+    fn embed(self) -> HyperHyperDual64 {
         HyperHyperDual64::new(self.re, 0.0, 0.0, self.eps, 0.0, 0.0, 0.0, 0.0)
     }
 }

@@ -23,7 +23,7 @@ use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
 use vi_constraints::integrator::SetupError;
-use vi_control::optimum::{self, Level, OptimizeError, Optimum, Setting, Verdict};
+use vi_control::optimum::{self, LevelFound, OptimizeError, Optimum, Setting, Verdict};
 use vi_control::program::{Iterate, NlpSolver, SolverError};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
@@ -347,10 +347,8 @@ pub(super) fn search(
     };
     let rows = rows.take();
     let unknowns = names_of_unknowns(&setting.system.mechanism);
-    let refinements = found.levels.iter().map(|&Level { steps, cost, is_optimal }| Refinement {
-        steps,
-        cost,
-        comparable: is_optimal && setting.is_of_all(steps),
+    let refinements = found.levels.iter().map(|&LevelFound { steps, cost, is_optimal }| {
+        Refinement { steps, cost, comparable: is_optimal && setting.is_of_all(steps) }
     });
     let refinements = refinements.collect();
     Ok(Searched { found, rows, starts, refinements, unknowns })

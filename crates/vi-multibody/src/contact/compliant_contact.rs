@@ -29,7 +29,7 @@ use vi_core::force::{Force, NoTimeSlope};
 use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
-use vi_core::{Motion, Number, Part};
+use vi_core::{Embed, Motion, Number};
 use vi_rigid::directors::{FRAME, center, director};
 use vi_rigid::gap::{ContactPoint, ContactShape, NoGap, Pair, is_smooth, lasting, smooth_contact};
 
@@ -370,7 +370,7 @@ impl<S: Number> CompliantContact<S> {
 
     fn at<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> ContactPoint<T>
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let [a, b] = self.pair.shapes();
         smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
@@ -384,7 +384,7 @@ impl<S: Number> CompliantContact<S> {
         rates: [[T; FRAME]; 2],
     ) -> (Vector3<T>, Vector3<T>, T)
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let CompliantLaw { dissipation, friction, .. } = self.law;
         let ContactPoint { gap, normal, .. } = self.at(feature, frames);
@@ -407,7 +407,7 @@ impl<S: Number> CompliantContact<S> {
     /// `ϱ` of both bodies.
     fn arms<T: Number>(&self, feature: u32, frames: [[T; FRAME]; 2]) -> [Vector3<T>; 2]
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let point = self.at(feature, frames).point;
         frames.map(|own| {
@@ -425,7 +425,7 @@ impl<S: Number> CompliantContact<S> {
         rates: [[T; FRAME]; 2],
     ) -> Vector3<T>
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let arms = self.arms(feature, frames);
         let [a, b] = [0, 1].map(|side| {
@@ -443,7 +443,7 @@ impl<S: Number> CompliantContact<S> {
         rates: [[T; FRAME]; 2],
     ) -> [T; BOTH]
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let (_, force, _) = self.force(feature, frames, rates);
         self.spread(feature, frames, force)
@@ -457,7 +457,7 @@ impl<S: Number> CompliantContact<S> {
         force: Vector3<T>,
     ) -> [T; BOTH]
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         let arms = self.arms(feature, frames);
         std::array::from_fn(|k| {

@@ -22,7 +22,7 @@ use super::contact_point::ContactPoint;
 use super::points_plane::Plane;
 use super::solids::{FACES, Solid, face};
 use nalgebra::{Matrix3, Vector3};
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// A box in space: centre, axes, half lengths.
 pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<T>);
@@ -31,7 +31,7 @@ impl<S: Number> ContactShape<S> {
     /// A box on a frame; `None` of other shapes.
     pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>>
     where
-        S: Part<T>,
+        S: Embed<T>,
     {
         match Solid::in_space(self, frame)? {
             Solid::Box(center, axes, half) => Some((center, axes, half)),

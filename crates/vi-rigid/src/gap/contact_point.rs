@@ -2,7 +2,7 @@
 
 use crate::directors::{FRAME, center, director};
 use nalgebra::Vector3;
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// The frame of the ground.
 pub const GROUND: [f64; FRAME] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];
@@ -27,15 +27,15 @@ impl<T: Number> ContactPoint<T> {
 }
 
 /// A point in the components of its frame, moved to space.
-pub(super) fn in_space<S: Part<T>, T: Number>(frame: &[T], point: &Vector3<S>) -> Vector3<T> {
+pub(super) fn in_space<S: Embed<T>, T: Number>(frame: &[T], point: &Vector3<S>) -> Vector3<T> {
     center(frame) + turned(frame, point)
 }
 
 /// A direction in the components of its frame, turned to space.
-pub(super) fn turned<S: Part<T>, T: Number>(frame: &[T], direction: &Vector3<S>) -> Vector3<T> {
-    director(frame, 0) * direction.x.part()
-        + director(frame, 1) * direction.y.part()
-        + director(frame, 2) * direction.z.part()
+pub(super) fn turned<S: Embed<T>, T: Number>(frame: &[T], direction: &Vector3<S>) -> Vector3<T> {
+    director(frame, 0) * direction.x.embed()
+        + director(frame, 1) * direction.y.embed()
+        + director(frame, 2) * direction.z.embed()
 }
 
 /// The components `ϱ_I = (x − φ)·d_I` of a point in space.

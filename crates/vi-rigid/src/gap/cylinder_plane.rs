@@ -20,7 +20,7 @@ use super::points_plane::Plane;
 use super::solids::perpendicular;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// Of a cylinder on a plane.
 pub(super) const FEATURES: u32 = 2 * POINTS;
@@ -49,7 +49,7 @@ pub(super) struct Rims<T = f64> {
 }
 
 impl<T: Number> Rims<T> {
-    pub(super) fn new<S: Part<T>>(ends: &[Vector3<S>; 2], frame: &[T]) -> Self {
+    pub(super) fn new<S: Embed<T>>(ends: &[Vector3<S>; 2], frame: &[T]) -> Self {
         let own = (ends[1] - ends[0]).normalize();
         let (axis, fixed) = (turned(frame, &own), turned(frame, &perpendicular(&own)));
         Self { axis, fixed, side: axis.cross(&fixed) }
@@ -116,7 +116,7 @@ fn next_to(angle: f64, parts: u32) -> u32 {
 }
 
 /// The contact of a point of a rim.
-pub(super) fn contact<S: Part<T>, T: Number>(
+pub(super) fn contact<S: Embed<T>, T: Number>(
     feature: u32,
     plane: &Plane<T>,
     (ends, radius): (&[Vector3<S>; 2], S),
@@ -128,7 +128,7 @@ pub(super) fn contact<S: Part<T>, T: Number>(
         point => rims.at(angle(point - 1, PARTS)),
     };
     let center = in_space(frame, &ends[(feature / POINTS) as usize]);
-    plane.contact_with(&(center + direction * radius.part()))
+    plane.contact_with(&(center + direction * radius.embed()))
 }
 
 /// The points of a rim that count, in ascending order.

@@ -51,7 +51,7 @@ use contact_point::{in_space, turned};
 use nalgebra::Vector3;
 use outline::{Kind, Outline};
 use solids::Solid;
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// Whether there is a formula for two shapes; they may have no features yet, as points without any.
 #[must_use]
@@ -211,7 +211,7 @@ pub fn smallest_gap(
 /// # Panics
 /// Where they have no [`features`], and of two boxes, and of cylinders, capsules and boxes.
 #[must_use]
-pub fn smooth_contact<S: Part<T>, T: Number>(
+pub fn smooth_contact<S: Embed<T>, T: Number>(
     feature: u32,
     (a, frame_a): (&ContactShape<S>, &[T]),
     (b, frame_b): (&ContactShape<S>, &[T]),
@@ -223,7 +223,7 @@ pub fn smooth_contact<S: Part<T>, T: Number>(
     .expect("a pair of shapes with a gap")
 }
 
-fn between<S: Part<T>, T: Number>(
+fn between<S: Embed<T>, T: Number>(
     feature: u32,
     (a, frame_a): (&ContactShape<S>, &[T]),
     (b, frame_b): (&ContactShape<S>, &[T]),
@@ -266,11 +266,11 @@ fn between<S: Part<T>, T: Number>(
         }
         (_, Points { points, radius }) => {
             let point = in_space(frame_b, &points[index]);
-            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.part()))
+            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.embed()))
         }
         (_, Capsule { ends, radius }) => {
             let point = in_space(frame_b, &ends[0]);
-            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.part()))
+            Some(Solid::in_space(a, frame_a)?.contact(&point, radius.embed()))
         }
         _ => None,
     }

@@ -7,7 +7,7 @@
 
 use super::contact_point::{ContactPoint, in_space, turned};
 use nalgebra::Vector3;
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// A plane in space.
 #[derive(Clone, Copy, Debug)]
@@ -21,7 +21,7 @@ pub struct Plane<T = f64> {
 impl<T: Number> Plane<T> {
     /// A plane in the components of its frame.
     #[must_use]
-    pub fn in_space<S: Part<T>>(point: &Vector3<S>, normal: &Vector3<S>, frame: &[T]) -> Self {
+    pub fn in_space<S: Embed<T>>(point: &Vector3<S>, normal: &Vector3<S>, frame: &[T]) -> Self {
         Self { point: in_space(frame, point), normal: turned(frame, normal) }
     }
 
@@ -34,11 +34,11 @@ impl<T: Number> Plane<T> {
 
 /// The contact of a ball about a point.
 #[must_use]
-pub fn contact<S: Part<T>, T: Number>(
+pub fn contact<S: Embed<T>, T: Number>(
     plane: &Plane<T>,
     point: &Vector3<S>,
     radius: S,
     frame: &[T],
 ) -> ContactPoint<T> {
-    plane.contact_with(&(in_space(frame, point) - plane.normal * radius.part()))
+    plane.contact_with(&(in_space(frame, point) - plane.normal * radius.embed()))
 }

@@ -14,7 +14,7 @@
 use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space};
 use nalgebra::Vector3;
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// Of a pair of capsules.
 pub(super) const FEATURES: u32 = FIRST_PART + PARTS + 1;
@@ -39,12 +39,12 @@ struct Segment<T> {
 }
 
 impl<T: Number> Segment<T> {
-    fn new<S: Part<T>>((shape, frame): (&ContactShape<S>, &[T])) -> Self {
+    fn new<S: Embed<T>>((shape, frame): (&ContactShape<S>, &[T])) -> Self {
         let ContactShape::Capsule { ends, radius } = shape else {
             unreachable!("a pair of capsules")
         };
         let [start, end] = ends.map(|end| in_space(frame, &end));
-        Self { start, along: end - start, radius: radius.part() }
+        Self { start, along: end - start, radius: radius.embed() }
     }
 
     fn at(&self, s: T) -> Vector3<T> {
@@ -93,7 +93,7 @@ pub(super) fn active(
 
 /// The contact of a feature of two capsules, in the frames of A and B.
 #[must_use]
-pub(super) fn contact<S: Part<T>, T: Number>(
+pub(super) fn contact<S: Embed<T>, T: Number>(
     feature: u32,
     a: (&ContactShape<S>, &[T]),
     b: (&ContactShape<S>, &[T]),

@@ -12,7 +12,7 @@ use super::ContactShape;
 use super::contact_point::{ContactPoint, in_space, turned};
 use super::points_plane::Plane;
 use nalgebra::{Matrix3, Vector3};
-use vi_core::{Number, Part};
+use vi_core::{Embed, Number};
 
 /// Faces of a box: those of the axis `k/2`, the positive one first.
 pub(super) const FACES: u32 = 6;
@@ -32,18 +32,18 @@ pub(super) enum Solid<T = f64> {
 
 impl<T: Number> Solid<T> {
     /// Of a shape on a frame; `None` of others.
-    pub(super) fn in_space<S: Part<T>>(shape: &ContactShape<S>, frame: &[T]) -> Option<Self> {
+    pub(super) fn in_space<S: Embed<T>>(shape: &ContactShape<S>, frame: &[T]) -> Option<Self> {
         match shape {
             ContactShape::Box { center, axes, half_lengths } => {
                 let columns = [0, 1, 2].map(|i| turned(frame, &axes.column(i).into_owned()));
                 let axes = Matrix3::from_columns(&columns);
-                Some(Self::Box(in_space(frame, center), axes, half_lengths.map(Part::part)))
+                Some(Self::Box(in_space(frame, center), axes, half_lengths.map(Embed::embed)))
             }
             ContactShape::Cylinder { ends, radius } => {
                 let [first, last] = ends.map(|end| in_space(frame, &end));
                 let along = last - first;
                 let length = along.norm();
-                let (half, radius) = (T::of(0.5), radius.part());
+                let (half, radius) = (T::of(0.5), radius.embed());
                 Some(Self::Cylinder((first + last) * half, along / length, length * half, radius))
             }
             _ => None,
