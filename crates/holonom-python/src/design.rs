@@ -1,6 +1,7 @@
 //! Gradients of objectives, unknown numbers from measurements, optima.
 
 use crate::errors::{json, raise};
+use crate::method::PythonMethod;
 use crate::model::Model;
 use crate::verbs::Answer;
 use crate::watch;
@@ -125,23 +126,31 @@ fn identify<'py>(
     Ok(((json(py, &value)?, text::identified(&found.estimate)), rows.collect()))
 }
 
-/// What `holonom optimize` finds.
+/// What `holonom optimize` finds, by a method of Python where one is given.
 #[pyfunction]
 fn optimize<'py>(
     py: Python<'py>,
     model: &Model,
+    method: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Answer<'py>, Optimal)> {
-    let (found, asked) = py.detach(|| {
+    let (found, asked, raised) = py.detach(|| {
         let asked = Rc::new(RefCell::new(watch::Watch::new(progress)));
         let told = asked.clone();
         let each = move |at: &Progress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
         let each: holonom::optimize::Watch = Rc::new(RefCell::new(each));
         let Model { text, overrides, model } = model;
-        let found = optimize_by_own_method(text, overrides, model, None, &each);
-        (found, asked.replace(watch::Watch::new(None)))
+        let Some(function) = &method else {
+            let found = optimize_by_own_method(text, overrides, model, None, &each);
+            return (found, asked.replace(watch::Watch::new(None)), None);
+        };
+        let mut method = PythonMethod { function, raised: None };
+        let found =
+            holonom::optimize::optimize((text, overrides, model), Some(&mut method), None, &each);
+        (found, asked.replace(watch::Watch::new(None)), method.raised)
     });
     asked.stopped()?;
+    raised.map_or(Ok(()), Err)?;
     let found = found.map_err(|error| match error {
         OptimizeFailure::Model(error) => model.refused(py, &error),
         error => raise(py, "AnalysisFailed", (error.to_string(),)),

@@ -11,7 +11,8 @@
 //! | `recording` | the nodes of a run, as arrays |
 //! | `simulate` | a run from its start to its end, in memory or with files |
 //! | `stepper` | one step after another, with inputs held over a step |
-//! | `design` | gradients of objectives, unknown numbers from measurements |
+//! | `design` | gradients of objectives, unknown numbers from measurements, optima |
+//! | `method` | methods for nonlinear programs that are functions of Python |
 //! | `ensemble` | many steppers, a step of all in one call |
 //! | `rollout` | members that run side by side in lanes |
 //! | `fault` | what a function of Python raised within a step |
@@ -32,6 +33,7 @@ mod errors;
 mod fault;
 mod folder;
 mod law;
+mod method;
 mod model;
 mod points;
 mod recording;
@@ -54,6 +56,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<acting::Acting>()?;
     module.add_class::<acting::BodyState>()?;
     module.add_class::<watch::Interruption>()?;
+    module.add_class::<method::Program>()?;
     module.add_class::<points::SweepFolder>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(simulate::simulate_into, module)?)?;

@@ -14,9 +14,9 @@ from typing import Any
 
 import holonom as hn
 
-NOT_CALLED = {"Analysis", "Beam", "Drawing", "Member", "Parts"}
+NOT_CALLED = {"Analysis", "Beam", "Drawing", "Member", "Parts", "Program"}
 """Classes that are made by the package, beside those that functions and properties return."""
-MODULES = ["holonom", "holonom.gym", "holonom.peers.mujoco"]
+MODULES = ["holonom", "holonom.gym", "holonom.ipopt", "holonom.peers.mujoco"]
 HEAD = re.compile(r"^(\w+)\n-+$", re.MULTILINE)
 ENTRY = re.compile(r"^(?P<names>[*\w]+(?: \([^)]*\))?(?:, [*\w]+(?: \([^)]*\))?)*)(?: :|$)", re.MULTILINE)
 NUMBERS = re.compile(r"\bArray(?:Like)?\b|np\.float64|np\.complex128|\bVector\b|\bMatrix\b")

@@ -16,6 +16,7 @@ use crate::transcription::problem::{MAX_INCREMENT, ProblemError};
 use crate::transcription::{
     Guess, Held, Met, Motion, PriceOfRest, Resting, Size, Transcription, TurnPrice,
 };
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
@@ -199,7 +200,8 @@ pub fn optimize(
 }
 
 /// The method ended where there is no motion.
-const NOWHERE: Outcome = Outcome::Failed("that it ended where the motion does not exist");
+const NOWHERE: Outcome =
+    Outcome::Failed(Cow::Borrowed("that it ended where the motion does not exist"));
 
 /// A search through numbers of steps.
 struct Search<'a> {

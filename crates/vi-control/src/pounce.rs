@@ -135,7 +135,7 @@ fn outcome(status: ApplicationReturnStatus) -> Outcome {
         ApplicationReturnStatus::InfeasibleProblemDetected => Outcome::Infeasible,
         ApplicationReturnStatus::UserRequestedStop => Outcome::Stopped,
         ApplicationReturnStatus::MaximumIterationsExceeded => Outcome::Exhausted,
-        other => Outcome::Failed(other.upstream_name()),
+        other => Outcome::Failed(other.upstream_name().into()),
     }
 }
 

@@ -8,6 +8,7 @@
 //! that is infinite is none. A program is evaluated, a method only proposes: whether a point is an
 //! optimum is judged by [`crate::kkt`].
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -118,7 +119,7 @@ pub enum Outcome {
     /// It made as many iterations as it may.
     Exhausted,
     /// It found no further step, in its own words.
-    Failed(&'static str),
+    Failed(Cow<'static, str>),
 }
 
 /// Where a method ended.

@@ -15,6 +15,7 @@ arrays. All units are SI, angles are in rad. ``import holonom as hn``.
 ``campbell``, ``response``          modes over the speed; amplitude and phase over a band
 ``Gradient``, ``identify``          objectives with exact gradients; numbers from measurements
 ``optimize``                        parameters or controls of least cost
+``Program``, ``Proposal``           what a method for such optima sees, and returns
 ``verify``, ``compare``, ``bench``  properties, measured; schemes side by side; what a step costs
 ``import_robot``, ``schema``        a model of a robot description; the keys of model files
 ``view``                            the page of a folder, a result or an analysis
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from ._design import Gradient, Identified, Optimum, identify, optimize
     from ._ensemble import Ensemble
     from ._page import Drawing
+    from ._program import Program, Proposal
     from ._parts import BeamPart, Part, Parts
     from ._spec import Spec, box, circle, cylinder, rectangle, rod, section, sphere, tube
     from ._sweep import Plan, Rollout, SweepTable, plan, rollout, run_point, sweep
@@ -72,6 +74,7 @@ _LATER = {
     "_design": ("Gradient", "Identified", "Optimum", "identify", "optimize"),
     "_ensemble": ("Ensemble",),
     "_page": ("Drawing",),
+    "_program": ("Program", "Proposal"),
     "_parts": ("BeamPart", "Part", "Parts"),
     "_spec": ("Spec", "box", "circle", "cylinder", "rectangle", "rod", "section", "sphere", "tube"),
     "_sweep": ("Plan", "Rollout", "SweepTable", "plan", "rollout", "run_point", "sweep"),
@@ -129,6 +132,8 @@ __all__ = [
     "Parts",
     "Plan",
     "Problem",
+    "Program",
+    "Proposal",
     "Response",
     "Result",
     "Rollout",

@@ -15,6 +15,7 @@ from . import _core
 from ._answer import Analysis, Answer, interruptible
 from ._errors import HolonomWarning, guarded, no_panic
 from ._model import Model, model_of
+from ._program import Method, called
 
 Array = NDArray[np.float64]
 
@@ -395,7 +396,12 @@ class Optimum(Analysis):
 
 
 @no_panic
-def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None) -> Optimum:
+def optimize(
+    model: Any,
+    *,
+    method: Method | None = None,
+    progress: Callable[[int, int], object] | None = None,
+) -> Optimum:
     """Parameters, or controls and the time, of least cost that meet the conditions.
 
     What is free stands under ``[optimize]`` and ``[[control]]``, what is wanted under
@@ -405,6 +411,9 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
     Parameters
     ----------
     model : as of :func:`simulate`.
+    method : what solves the nonlinear program of controls: a function from a :class:`Program` to a
+        :class:`Proposal`, such as :func:`holonom.ipopt.solve`; by default the one that is compiled
+        in, where there is one. Whether its point is an optimum is judged here, whatever it says.
     progress : called with the number of iterations.
 
     Returns
@@ -413,9 +422,11 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
 
     Raises
     ------
-    InvalidModel : something has no derivative, or nothing is free; controls, where the package is
-        built without its feature ``optimize``.
+    InvalidModel : something has no derivative, or nothing is free; controls without a ``method``,
+        where the package is built without its feature ``optimize``.
     AnalysisFailed : there is no motion to begin with.
+    TypeError, ValueError : the method returns no proposal, or one of another shape, or one whose
+        numbers are not finite.
 
     Examples
     --------
@@ -424,7 +435,10 @@ def optimize(model: Any, *, progress: Callable[[int, int], object] | None = None
     >>> found.parameters, found.optimal  # doctest: +SKIP
     """
     whole = model_of(model)
-    (found, text), beside = interruptible(lambda tell: _core.optimize(whole._core, tell), progress)
+    function = None if method is None else called(method)
+    (found, text), beside = interruptible(
+        lambda tell: _core.optimize(whole._core, function, tell), progress
+    )
     _warn_of_tolerance(whole)
     optimum = Optimum(found, text, beside)
     if not optimum.optimal:

@@ -98,6 +98,7 @@ pub fn optimize(
     }
     let what = "a search for controls, for which this program has no method";
     let help = "build it with its feature: `cargo install --path crates/holonom-cli --features optimize`, \
-                the Python package by `.ci/wheel --features optimize`";
+                the Python package by `.ci/wheel --features optimize`; in Python name a method: \
+                `optimize(model, method=holonom.ipopt.solve)`";
     Err(refused("control", what, help).into())
 }

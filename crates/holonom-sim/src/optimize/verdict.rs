@@ -293,7 +293,7 @@ fn other_motion(replay: Option<&Replay>) -> String {
 fn unfinished(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Exhausted => "`max_iterations` of [optimize] were made".to_owned(),
-        Outcome::Failed("Not_Enough_Degrees_Of_Freedom") => {
+        Outcome::Failed(words) if words == "Not_Enough_Degrees_Of_Freedom" => {
             "conditions ask for more than the controls have values: take more steps, or ask for less"
                 .to_owned()
         }
