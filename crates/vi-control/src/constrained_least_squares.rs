@@ -321,9 +321,23 @@ impl Newton<'_> {
                     }
                 }
                 None if at.slope(&free) <= NEARLY_FLAT => return Round::Minimum,
+                None if self.gain(at, &free) <= ROUNDING * (at.cost().abs() + at.size) => {
+                    return Round::Minimum;
+                }
                 None => return Round::Stuck,
             }
         }
+    }
+
+    /// By how much a step without damping decreases the model of the sum; infinite where the model
+    /// has no minimum.
+    fn gain(&self, at: &Point, free: &[usize]) -> f64 {
+        let J = at.J.select_columns(free);
+        let bend = |i: usize, k: usize| self.S[(free[i], free[k])];
+        let curved = J.tr_mul(&J) + DMatrix::from_fn(free.len(), free.len(), bend);
+        let slope = DVector::from_fn(free.len(), |k, _| at.gradient[free[k]]);
+        let change = curved.cholesky().map(|own| own.solve(&slope));
+        change.map_or(f64::INFINITY, |change| 0.5 * slope.dot(&change))
     }
 
     /// The next point and the size of its step; `None` where no step decreases the sum.
@@ -459,7 +473,8 @@ pub fn minimise(
         own.multipliers = next;
         outcome = match ended {
             Round::Exhausted => Some(DesignOutcome::Exhausted),
-            _ if met && settled => Some(DesignOutcome::Optimal),
+            Round::Stuck if alone && met => Some(DesignOutcome::Optimal),
+            Round::Minimum if met && settled => Some(DesignOutcome::Optimal),
             Round::Stuck => Some(DesignOutcome::Stuck),
             Round::Minimum if alone && !met => Some(DesignOutcome::Infeasible),
             Round::Minimum => None,

@@ -192,3 +192,21 @@ fn values_stand_beside_squares_and_conditions() {
         (found.cost - (0.5 * ((x - 2.0).powi(2) + 9.0 * (y - 1.0).powi(2)) + e * y)).abs() < 1e-12
     );
 }
+
+/// Where no step decreases the sum and the slope is not zero, the point is no minimum: derivatives
+/// are not those of the values. With and without conditions, of squares and of values.
+#[test]
+fn what_no_step_decreases_is_no_minimum() {
+    const WRONG: Row = (|p| 1.0 + p[0] * p[0], |p| vec![0.3 + 2.0 * p[0], 0.0]);
+    let own = parameters(&[0.0, 0.8], WIDE);
+    let stuck = |words: &str, found: Design| {
+        println!("{words}: {found:?}");
+        assert_ne!(found.outcome, DesignOutcome::Optimal, "{words}");
+    };
+    stuck("squares", solve(vec![WRONG, Y], Vec::new(), &own));
+    stuck("a condition that is met", solve(vec![WRONG, Y, CIRCLE], vec![[0.0, 90.0]], &own));
+    stuck("a value", with_values(vec![Y, WRONG], &[1.0], Vec::new(), &own));
+    // conditions alone ask for nothing but to be met
+    let alone = solve(vec![CIRCLE], vec![[0.0, 90.0]], &parameters(&[1.0, 0.8], WIDE));
+    assert_eq!(alone.outcome, DesignOutcome::Optimal);
+}
