@@ -77,7 +77,7 @@ fn controls_are_shown_with_their_motion() {
     let folder = found("controls", &[("m.toml", &text)], &["optimize", "m.toml"]);
     let page = folder.join("optimum.html");
     let shown = shown(browser, &page, "t=1.5&view=front");
-    assert_marked(&shown, 1.5, 1);
+    crate::output::browser::assert_marked(&shown, 1.5, 1);
     let [_, hangs] = show(browser, &page, "t=0&view=front", [1100, 1000]).member("rod");
     let [_, stands] = show(browser, &page, "t=2&view=front", [1100, 1000]).member("rod");
     println!("the rod from {hangs} to {stands} px");
