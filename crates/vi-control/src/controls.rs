@@ -7,6 +7,7 @@
 //! ```
 //! A value acts over `hold` macro steps; in compositions over all their sub-steps.
 
+use crate::sampling::Sampling;
 use vi_core::Configuration;
 use vi_core::force::Force as _;
 use vi_core::interval::{Interval, Slot};
@@ -93,17 +94,18 @@ impl ControlForce for ParticleControl {
     }
 }
 
-/// Controls with their values over a run.
+/// Controls with their values over a run, and what is sampled in it.
 #[derive(Default)]
 pub struct Controls {
     forces: Vec<Box<dyn ControlForce>>,
     values: Vec<Vec<f64>>,
     hold: usize,
+    sampling: Option<Sampling>,
 }
 
 impl std::fmt::Debug for Controls {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { forces, values, hold } = self;
+        let Self { forces, values, hold, .. } = self;
         f.debug_struct("Controls")
             .field("count", &forces.len())
             .field("values", &values.len())
@@ -121,7 +123,17 @@ impl Controls {
     pub fn new(forces: Vec<Box<dyn ControlForce>>, values: Vec<Vec<f64>>, hold: usize) -> Self {
         assert!(hold > 0, "a value acts for one step at least");
         assert!(values.iter().all(|row| row.len() == forces.len()), "one value for each control");
-        Self { forces, values, hold }
+        Self { forces, values, hold, sampling: None }
+    }
+
+    /// Lets the run be one whose signals are sampled at nodes.
+    pub fn sample(&mut self, sampling: Option<Sampling>) {
+        self.sampling = sampling;
+    }
+
+    /// What is sampled.
+    pub(crate) fn sampling(&self) -> Option<&Sampling> {
+        self.sampling.as_ref()
     }
 
     /// How many there are.

@@ -118,6 +118,13 @@ pub struct Task<'a> {
     pub checkpoints: Checkpoints,
 }
 
+impl Task<'_> {
+    /// Whether nodes count, or are sampled: each then has the momentum of its velocity.
+    fn keeps_nodes(&self) -> bool {
+        self.objective.counts_nodes() || self.controls.sampling().is_some()
+    }
+}
+
 impl std::fmt::Debug for Task<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Task").field("steps", &self.steps).finish_non_exhaustive()
@@ -196,9 +203,22 @@ where
     if run.nonsmooth().is_some() {
         return refused("contacts, joint stops or dry friction");
     }
-    match run.system().without_derivative() {
-        Some(what) => refused(what),
-        None => Ok(()),
+    Ok(())
+}
+
+/// Refuses runs with sampled values of which nothing more is known.
+pub(crate) fn check_sampling<S, C>(
+    run: &Integrator<S, C>,
+    controls: &Controls,
+) -> Result<(), GradientError>
+where
+    S: DiscreteLagrangian + 'static,
+    C: Constraints + 'static,
+{
+    let what = "values that are sampled at nodes";
+    match run.system().is_sampled() && controls.sampling().is_none() {
+        true => Err(GradientError::NotDifferentiable { what }),
+        false => Ok(()),
     }
 }
 
@@ -245,6 +265,7 @@ impl Gradient {
         C: Constraints + 'static,
     {
         check(run)?;
+        check_sampling(run, task.controls)?;
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
         let stages = run.method().stages().map_or(1, Stages::count);
@@ -259,7 +280,7 @@ impl Gradient {
         let counts_steps = task.objective.counts_steps();
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
-            _ if task.objective.counts_nodes() => Tangents::OfBodies,
+            _ if task.keeps_nodes() => Tangents::OfBodies,
             (true, true) => Tangents::OfMovedMechanism,
             (true, false) => Tangents::OfBodies,
             (false, _) => Tangents::OfMechanism,
@@ -277,6 +298,7 @@ impl Gradient {
             task,
             watch,
             start: state.t,
+            number: state.step,
             costates: fast.unwrap_or_else(general),
             settles: along == Tangents::OfMovedMechanism,
             forces: NodeForces::zero(n, m, state.internal.len()),
@@ -332,7 +354,8 @@ fn holding(node: &State, p: &[f64]) -> State {
 struct Sweep<'a, S, C> {
     task: &'a Task<'a>,
     watch: &'a mut dyn FnMut(Passing<'_>),
-    start: f64, // t_0
+    start: f64,  // t_0
+    number: u64, // of the node there
     costates: Box<dyn CostateSweep<S, C>>,
     settles: bool, // the first step finds multipliers, so that its start counts by itself
     forces: NodeForces,
@@ -342,7 +365,7 @@ struct Sweep<'a, S, C> {
     dq: Vec<f64>,      // n  the increments of the step that ends there
     begin: Vec<f64>,   // n  the same where what is recorded begins
     carried: Vec<f64>, // n  by the node before, of what the node swept back to costs
-    nodes: Vec<State>, // of the recorded macro steps, with p̃, where they cost
+    nodes: Vec<State>, // of the recorded macro steps, with p̃, where they cost or are sampled
     of_step: StepGradient,
     sources: Sources,
     sums: Vec<f64>, // over the steps, of parameters
@@ -442,7 +465,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         steps: std::ops::Range<usize>,
     ) -> Result<(), GradientError> {
         let Task { objective, controls, .. } = *self.task;
-        let keeps = keeps_momentum(run);
+        let (keeps, keeps_nodes) = (keeps_momentum(run), self.task.keeps_nodes());
         let (state, stages) = (run.state(), run.method().stages().map_or(1, Stages::count));
         self.tape.clear();
         controls.set(steps.start);
@@ -454,7 +477,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let ends = steps.end == self.task.steps;
         let mut costs = first.then(|| NodeCost::of(objective, run.state()));
         for step in steps {
-            if objective.counts_nodes() {
+            if keeps_nodes {
                 nodes.push(holding(run.state(), p));
             }
             controls.set(step);
@@ -481,7 +504,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 watch(Passing::Node(run.state(), step));
             }
         }
-        if objective.counts_nodes() {
+        if keeps_nodes {
             nodes.push(holding(run.state(), p));
         }
         if ends && *first {
@@ -559,6 +582,17 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         }
     }
 
+    /// Back over what is sampled where this step ends, between nodes `k` and `k + 1` of some.
+    fn unsample(&mut self, nodes: &[State], (k, step): (usize, usize)) {
+        let Some(sampling) = self.task.controls.sampling() else { return };
+        let number = self.number + step as u64 + 1;
+        if let (true, [start, end, ..]) = (sampling.is_due(number), &nodes[k..]) {
+            let before = sampling.before(start, end);
+            let parameters = &mut self.found.parameters[..];
+            sampling.pull(number, &before, &mut self.costate, parameters);
+        }
+    }
+
     /// What the last node costs by its acceleration, that of the level; `h`: of the last step.
     fn last_acceleration(&mut self, node: &State, h: f64) {
         let Task { objective, controls, steps, .. } = *self.task;
@@ -592,6 +626,9 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 }
             }
             let step = tape.step(k);
+            if k + 1 == tape.len() || tape.step(k + 1) != step {
+                self.unsample(&nodes, (step - tape.step(0), step));
+            }
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
             let before = match (self.task.objective.counts_steps(), k.checked_sub(1)) {

@@ -6,7 +6,7 @@
 //! | [`sensitivities`] | tangents beside a run: derivatives of the motion along directions |
 //! | [`growth`] | how much a change of a motion grows, by a neighbouring run |
 //! | [`objective`], [`momentum`], [`terminal_rate`], [`node`] | the cost of a run as a sum of terms |
-//! | [`controls`] | efforts that are chosen for each step |
+//! | [`controls`], [`sampling`] | efforts that are chosen for each step; what is sampled at nodes |
 //! | [`checkpoints`], `tape` | which states of a run are kept for the sweep backward |
 //! | [`transcription`] | the steps of a motion as a nonlinear program: problem, charts, derivatives |
 //! | [`program`] | nonlinear programs and methods that solve them |
@@ -43,6 +43,7 @@ pub mod priced;
 pub mod program;
 mod reads;
 pub mod replay;
+pub mod sampling;
 pub mod sensitivities;
 pub mod singular_values;
 mod tape;

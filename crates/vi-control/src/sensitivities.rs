@@ -16,7 +16,7 @@
 
 use crate::backward::acceleration;
 use crate::controls::Controls;
-use crate::gradient::{GradientError, check, check_by_step, step_sources};
+use crate::gradient::{GradientError, check, check_by_step, check_sampling, step_sources};
 use crate::objective::{ByKnown, Known, Objective, Place, Seen, StepGradient, Which};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
@@ -348,6 +348,8 @@ impl Sensitivities {
         C: Constraints + 'static,
     {
         let step = self.step;
+        check_sampling(run, beside.controls)?;
+        let sampling = beside.controls.sampling().map(|own| (own, run.state().clone()));
         if step == 0 {
             beside.objective.follow(run.state(), Seen::First);
         }
@@ -370,6 +372,13 @@ impl Sensitivities {
         });
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         pushed?;
+        let number = run.state().step;
+        if let Some((sampling, start)) = sampling.filter(|(own, _)| any && own.is_due(number)) {
+            let before = sampling.before(&start, run.state());
+            let of = |k: usize| self.directions[k].parameter;
+            let parameters = (&of as &dyn Fn(usize) -> _, self.of_parameters.len());
+            sampling.push(number, &before, &mut self.tangents, parameters);
+        }
         if follows {
             let next = Increment::between(dq, &kept, &self.tangents);
             if let Some(node) = node {

@@ -259,6 +259,13 @@ impl NodeReader {
         !y.reads_velocity() && self.level_of(y, known).is_none()
     }
 
+    /// The velocity `v̂` of a node; `None` where it is not determined.
+    pub(crate) fn velocity(&self, state: &State) -> Option<Vec<f64>> {
+        let own = self.velocity.as_ref()?;
+        let own = &mut *own.lock().unwrap_or_else(PoisonError::into_inner);
+        own.find(&self.mechanism, self.mass.at_node(), state).ok().map(<[f64]>::to_vec)
+    }
+
     /// The number at a node. Not a number where the node is not determined.
     #[must_use]
     pub fn value(&self, y: &dyn NodeQuantity, state: &State, known: Known<'_>) -> f64 {

@@ -13,7 +13,7 @@ use vi_multibody::builder::{ActOn, BuiltMechanism, CoordinateId, Inertia, Mechan
 use vi_multibody::form::Form;
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::Viscous;
-use vi_multibody::law::{Input, Law, Sampler};
+use vi_multibody::law::{ByParameters, Change, Input, Law, Sampler, Seed};
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::six_coordinates::Matrix6;
 
@@ -158,8 +158,17 @@ impl Sampler for OneState {
     fn begin(&self, _y: &[f64], internal: &mut [f64]) {
         internal[0] = 0.1;
     }
-    fn begin_change(&self, _y: &[f64], _dy: &[f64], _own: &[f64], change: &mut [f64]) {
-        change.fill(0.0);
+    fn sample_changes(
+        &self,
+        _step: u64,
+        _y: &[f64],
+        _internal: &mut [f64],
+        _by: &ByParameters<'_>,
+    ) -> Vec<Change> {
+        vec![Change::of(Seed::Internal(0))]
+    }
+    fn begin_changes(&self, _: &[f64], _: &mut [f64], _: &ByParameters<'_>) -> Vec<Change> {
+        vec![Change::default()]
     }
 }
 

@@ -13,7 +13,7 @@ use vi_emscheme::load::AtMidpoint;
 use vi_emscheme::{EmForm, EmIntegrator, EmOptions, EmSystem};
 use vi_multibody::PairKind;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
-use vi_multibody::law::{Law, Sampler};
+use vi_multibody::law::{ByParameters, Change, Law, Sampler, Seed};
 use vi_multibody::run::Solver;
 use vi_multibody::spring::Damper;
 use vi_rigid::TimeHistory;
@@ -186,8 +186,17 @@ impl Sampler for Held {
     fn begin(&self, _y: &[f64], internal: &mut [f64]) {
         internal[0] = 1.0;
     }
-    fn begin_change(&self, _y: &[f64], _dy: &[f64], _own: &[f64], change: &mut [f64]) {
-        change.fill(0.0);
+    fn sample_changes(
+        &self,
+        _step: u64,
+        _y: &[f64],
+        _internal: &mut [f64],
+        _by: &ByParameters<'_>,
+    ) -> Vec<Change> {
+        vec![Change::of(Seed::Internal(0))]
+    }
+    fn begin_changes(&self, _: &[f64], _: &mut [f64], _: &ByParameters<'_>) -> Vec<Change> {
+        vec![Change::default()]
     }
 }
 

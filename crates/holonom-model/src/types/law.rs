@@ -32,6 +32,12 @@ impl Formula {
         Self(format!("{number:?}"))
     }
 
+    /// With other words for what it names.
+    #[must_use]
+    pub fn renamed(&self, name: &mut dyn FnMut(&str) -> String) -> Self {
+        Self(renamed(&self.0, name))
+    }
+
     /// The same function of the time where a second is `unit` of another and one is `size`.
     #[must_use]
     pub fn with_time(&self, unit: f64, size: f64) -> Self {

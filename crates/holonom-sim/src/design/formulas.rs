@@ -6,10 +6,11 @@
 //! A force whose expressions are replaced by their derivatives is the derivative of the force: all
 //! of them act in it linearly. Signals that are values count as what they stand for.
 
-use super::signals::{SignalsApart, StateSlopes};
+use super::signals::{SampledSlopes, SignalsApart, StateSlopes};
 use super::{Chain, LEAVE_OUT, ModelTangent, refused};
 use crate::system;
 use crate::system::outside::Outside;
+use crate::system::signal::sampler::Gains;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
     Bushing, Coefficients, Constraint, Curves, Formula, Model, ModelError, MovingText,
@@ -65,28 +66,36 @@ impl<'a> Formulas<'a> {
         Ok(own)
     }
 
-    /// The states of a signal: their rates and starts; what is sampled or kept has no derivative.
+    /// The states of a signal: their rates and starts; what it samples, or keeps for later.
     fn states_of(
         &mut self,
         signal: &Signal,
         model: &Model,
         slopes: &Slopes<'_>,
     ) -> Result<(), ModelError> {
-        let is_value = |part: &str| part == "value" && signal.every.is_none();
-        for (part, formula) in signal.formulas().filter(|(part, _)| !is_value(part)) {
-            let key = format!("signal.{}.{part}", signal.name);
-            let slope = self.slope(&key, formula)?;
-            if part == "rate" {
-                let start = self.start_of(signal, model, slopes);
-                self.states.push(slope, start);
-            } else if slope.is_some() {
-                let what = format!(
-                    "the derivative by `{}` of what a signal samples or delays",
-                    self.name()
-                );
-                return Err(refused(&key, what, LEAVE_OUT));
-            }
+        let key = |part: &str| format!("signal.{}.{part}", signal.name);
+        if let Some(rate) = &signal.rate {
+            let slope = self.slope(&key("rate"), rate)?;
+            let start = self.start_of(signal, model, slopes);
+            self.states.push(slope, start);
         }
+        if signal.every.is_none() && signal.delay.is_none() {
+            return Ok(());
+        }
+        let mut own = SampledSlopes { signal: signal.name.clone(), ..SampledSlopes::default() };
+        for (part, formula) in signal.formulas() {
+            // what was held is read by the name of the signal
+            let held = |name: &str| if name == "last" { &signal.name } else { name }.to_owned();
+            let slope = self.slope(&key(part), formula)?;
+            let slope = slope.map(|slope| slope.renamed(&mut |name| held(name)));
+            *if part == "pid.feedforward" { &mut own.ahead } else { &mut own.of } = slope;
+        }
+        let mut number = |part: &str, value: f64| slopes.number(&key(part), value);
+        if let Some(pid) = &signal.pid {
+            own.numbers = Gains::of(pid, &mut number).slopes();
+        }
+        own.start = number("start", signal.start.unwrap_or(0.0)).eps;
+        self.states.push_sampled(own);
         Ok(())
     }
 
@@ -354,7 +363,9 @@ impl Chain<'_> {
         let dynamics = &self.system.dynamics;
         let first = dynamics.variational(&self.system.mechanism).places_of_signals().start;
         let (own, changes) = (dynamics.forces.signals.clone()?, derived.signals.clone()?);
-        Some(SignalTangent::new(own, changes, first))
+        let gauge = self.system.sensors.signal_gauge()?;
+        let sampled = self.formulas.states.sampled(|name| gauge.place(name))?;
+        Some(SignalTangent::new(own, changes, first).with_sampled(sampled))
     }
 
     /// The forces of these names.

@@ -3,6 +3,7 @@
 //! ```text
 //! s = e(θ; …)        s_θ: an expression that reads what e reads
 //! ż = φ(θ; y, z)     φ_θ likewise;    z(0) = start, or what is filtered
+//! z⁺ = S(θ; y, z)    S_θ by the same, and by the numbers of controllers     [2.70]
 //! ```
 //! A signal with states is taken apart into signals that are values or rates ([`Signal::parts`]),
 //! which have the states of the signal in their order.
@@ -12,6 +13,7 @@ use holonom_model::{
     Formula, Model, MovingText, OUTPUT, ParameterTangent, Signal, SignalPart, Slopes,
 };
 use std::collections::BTreeMap;
+use vi_multibody::design::SampledTangent;
 
 /// The signals of a model, taken apart.
 #[derive(Default)]
@@ -90,11 +92,33 @@ impl SignalsApart {
     }
 }
 
-/// How the states of signals change: their rates, and what they begin with.
+/// How signals change: the rates of their states, what these begin with, and what is sampled.
 #[derive(Default)]
 pub(super) struct StateSlopes {
     rates: Vec<Option<Formula>>,
     starts: Vec<Option<Formula>>,
+    sampled: Vec<SampledSlopes>,
+}
+
+/// How a signal that is sampled or delayed changes.
+#[derive(Default)]
+pub(super) struct SampledSlopes {
+    pub(super) signal: String,
+    /// What is sampled.
+    pub(super) of: Option<Formula>,
+    /// What a controller adds to its output.
+    pub(super) ahead: Option<Formula>,
+    /// Numbers of a controller.
+    pub(super) numbers: Vec<f64>,
+    /// What is held before the first sample.
+    pub(super) start: f64,
+}
+
+impl SampledSlopes {
+    fn changes(&self) -> bool {
+        let Self { of, ahead, numbers, start, .. } = self;
+        of.is_some() || ahead.is_some() || !numbers.is_empty() || *start != 0.0
+    }
 }
 
 impl StateSlopes {
@@ -104,9 +128,37 @@ impl StateSlopes {
         self.starts.push(start);
     }
 
-    /// Of all states, rates and then starts; `None` where no state changes.
+    /// Adds what is sampled, where it changes.
+    pub(super) fn push_sampled(&mut self, own: SampledSlopes) {
+        self.sampled.extend(own.changes().then_some(own));
+    }
+
+    /// Of all states, rates and then starts, and of all that is sampled; `None` where nothing
+    /// changes.
     pub(super) fn watched(&self) -> Option<Vec<Option<Formula>>> {
-        let all: Vec<_> = self.rates.iter().chain(&self.starts).cloned().collect();
-        all.iter().any(Option::is_some).then_some(all)
+        let sampled = self.sampled.iter().flat_map(|own| [&own.of, &own.ahead]);
+        let all: Vec<_> = self.rates.iter().chain(&self.starts).chain(sampled).cloned().collect();
+        (!self.sampled.is_empty() || all.iter().any(Option::is_some)).then_some(all)
+    }
+
+    /// What is sampled and changes, held at the `place` of its signal: by which of the watched.
+    pub(super) fn sampled(
+        &self,
+        place: impl Fn(&str) -> Option<usize>,
+    ) -> Option<Vec<SampledTangent>> {
+        let first = 2 * self.rates.len();
+        let own = |(k, own): (usize, &SampledSlopes)| {
+            let at = |side: usize, formula: &Option<Formula>| {
+                formula.as_ref().map(|_| first + 2 * k + side)
+            };
+            Some(SampledTangent {
+                place: place(&own.signal)?,
+                of: at(0, &own.of),
+                ahead: at(1, &own.ahead),
+                numbers: own.numbers.clone(),
+                start: own.start,
+            })
+        };
+        self.sampled.iter().enumerate().map(own).collect()
     }
 }

@@ -6,7 +6,7 @@ use crate::design::relaxed::resting_change;
 use crate::design::start::{GivenJoint, GivenStart, StartOf};
 use crate::design::stored;
 use crate::design::{ModelTangent, refused};
-use crate::shown::{all_read, sensors_read, work};
+use crate::shown::{all_read, forces, sensors_read, work};
 use crate::simulation::Simulation;
 use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};
@@ -23,9 +23,11 @@ use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
 use vi_control::objective::{Known, NodeCost, Objective, Place, Seen, Which};
+use vi_control::sampling::Sampling;
 use vi_control::sensitivities::{Beside, Increment, NodeForces, Sensitivities};
+use vi_control::terminal_rate::{NodeSources, RateError};
 use vi_core::interval::Interval;
-use vi_core::{Configuration, SparseMatrix, State};
+use vi_core::{Configuration, MechanicalSystem as _, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
 use vi_multibody::design::start::StartTangent;
 use vi_multibody::mechanism::Mechanism;
@@ -117,6 +119,30 @@ impl Prepared {
         let (model, system) = (&*self.model, &mut self.system);
         let parts = (system, &*self.simulation.integrator());
         self.costs = Costs::priced(model, parts, of, tangents)?;
+        self.sample(tangents)
+    }
+
+    /// What is sampled in it, with its derivatives by parameters.
+    pub(crate) fn sample(&mut self, tangents: &[ModelTangent]) -> Result<(), ModelError> {
+        let Self { model, system, simulation, controls, .. } = self;
+        let (model, run) = (&**model, simulation.integrator());
+        let signals = system.dynamics.forces.signals.clone();
+        let Some(signals) = signals.filter(|_| run.system().is_sampled()) else { return Ok(()) };
+        let measured = system.sensors.signal_gauge().and_then(|gauge| gauge.measured().first());
+        if let Some((column, _)) = measured {
+            let what = format!(
+                "derivatives where a signal samples `{column}`, which is known with the step after a node"
+            );
+            return Err(refused("signal", what, "sample positions, velocities and rates"));
+        }
+        let first = run.system().places_of_signals().start;
+        let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
+        let masses = forces::masses((model, system), run, true);
+        let sources = NodeSources { level: None, masses };
+        let sampling = Sampling::new((signals, first), run, &numbers, sources);
+        let refusal =
+            |error: RateError| refused("signal", error.to_string(), "sample nothing of velocities");
+        controls.sample(Some(sampling.map_err(refusal)?));
         Ok(())
     }
 

@@ -203,6 +203,7 @@ impl ModelTrials<'_> {
             let what = format!("`{name}`, on which nothing depends");
             return Err(refused(&design::key_of(name), what, "leave it out"));
         }
+        prepared.sample(&tangents)?;
         let begin = Begin::new(&mut prepared)?;
         let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
         let mut quantities = Vec::new();

@@ -37,8 +37,14 @@ impl NodeQuantity for SignalNumber {
     fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
         let row = self.gauge.slopes(self.source, self.at(node.at).moving(node.v));
         let (inputs, states) = self.gauge.reads();
+        let held = self.at(node.at).internal;
         for (input, slope) in inputs.iter().zip(&row).filter(|(_, slope)| **slope != 0.0) {
             input.add_slopes(node, scale * slope, out.again());
+            input.for_each_held(node.at.t, held, &mut |place, by_held| {
+                if let Some(z) = out.z.get_mut(self.places.start + place) {
+                    *z += scale * slope * by_held;
+                }
+            });
         }
         for (state, slope) in states.iter().zip(row.iter().skip(inputs.len())) {
             if let Some(z) = out.z.get_mut(self.places.start + state) {

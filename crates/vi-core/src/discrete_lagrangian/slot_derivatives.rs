@@ -104,10 +104,6 @@ pub trait DiscreteLagrangian: MechanicalSystem {
     ) -> Result<(), NoStepSlope> {
         Err(NoStepSlope { what: "the action of a Galerkin step".into() })
     }
-    /// What has no slot derivatives yet, in words; `None` where a run can be differentiated.
-    fn without_derivative(&self) -> Option<&'static str> {
-        None
-    }
     /// Number of internal variables of forces and potentials.
     fn internal_variables(&self) -> usize {
         0

@@ -33,7 +33,7 @@ pub mod velocity;
 pub use coordinate_acceleration::CoordinateAcceleration;
 pub use moved_bushing::{FrameChange, MovedFrames, MovedSixForce, MovedSixSpring};
 pub use moved_coordinate::MovedCoordinate;
-pub use signals::SignalTangent;
+pub use signals::{SampledTangent, SignalTangent};
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, ForceChange, JointTangent,
     MechanismTangent, Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
@@ -61,6 +61,7 @@ use vi_constraints::design::{Costates, Design, Place};
 use vi_core::interval::Interval;
 use vi_core::linear::dot;
 use vi_core::num_dual::Dual64;
+use vi_core::signals::Signals as _;
 use vi_core::{Quadrature, SparseMatrix};
 
 /// A derivative that is not available.
@@ -283,8 +284,8 @@ impl Numbers<'_> {
         self.unread(tangent)
     }
 
-    /// Laws of anything neither read nor act along coordinates that change, nor read the past of
-    /// any.
+    /// Laws of anything, and what is sampled, neither read coordinates that change nor act along
+    /// them.
     fn unread(&self, tangent: &MechanismTangent) -> Result<(), DesignError> {
         let Some(&joint) = tangent.joints.keys().next() else { return Ok(()) };
         let moves = |own: &JointCoordinate| MovedCoordinate::moves(self.mechanism, tangent, own);
@@ -296,11 +297,14 @@ impl Numbers<'_> {
             }
             _ => false,
         };
-        match self.forces.forces.iter().find(moved) {
-            Some(law) => Err(DesignError::Reads {
-                force: law.name.clone(),
-                joint: self.mechanism.description().joints[joint].name.clone(),
-            }),
+        let sampled = self.forces.signals.as_ref().filter(|own| own.is_sampled());
+        let sampled = sampled.filter(|own| reads(&own.reading.inputs));
+        let sampled = sampled.map(|_| "what is sampled".to_owned());
+        match self.forces.forces.iter().find(moved).map(|law| law.name.clone()).or(sampled) {
+            Some(force) => {
+                let joint = self.mechanism.description().joints[joint].name.clone();
+                Err(DesignError::Reads { force, joint })
+            }
             None => Ok(()),
         }
     }

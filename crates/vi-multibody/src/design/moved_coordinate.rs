@@ -41,12 +41,11 @@ impl MovedCoordinate {
             || change.pitch != 0.0
     }
 
-    /// Whether one of these changes so; of what is held or past, whether any joint does.
+    /// Whether one of these changes so; what is held or past is judged where it is sampled.
     #[must_use]
     pub fn moves_any(mechanism: &Mechanism, tangent: &MechanismTangent, inputs: &[Input]) -> bool {
         inputs.iter().any(|input| match input {
             Input::Coordinate(own) | Input::Rate(own) => Self::moves(mechanism, tangent, own),
-            Input::Held(_) | Input::Past(_) => !tangent.joints.is_empty(),
             _ => false,
         })
     }

@@ -5,9 +5,10 @@
 //! (f_d^∓)_θ = ∂f_d^∓/∂z_n ψ,   (z_{n+1})_θ = ∂z_{n+1}/∂z_n ψ + ψ                                    [2.59]
 //! ```
 //! The change of a rate acts as one of the start of the step that its end has, too. At the Gauss
-//! nodes of Galerkin steps `φ_θ` is a source of the collocation of the states.
+//! nodes of Galerkin steps `φ_θ` is a source of the collocation of the states. What is sampled at
+//! nodes changes by its expressions and by the numbers of controllers: `S_θ` of [2.70].
 
-use crate::force::law::SignalStates;
+use crate::force::law::{SampledChange, Seed, SignalStates};
 use vi_core::Motion;
 use vi_core::interval::Interval;
 use vi_core::signals::Signals;
@@ -18,6 +19,22 @@ use vi_core::sparse::Entries;
 pub struct SignalTangent {
     states: SignalStates,
     changes: SignalStates,
+    sampled: Vec<SampledTangent>,
+}
+
+/// How what is sampled changes with a parameter by itself.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SampledTangent {
+    /// The held value, the first of several.
+    pub place: usize,
+    /// Which effort of the changes is the derivative of what is sampled; `None`: zero.
+    pub of: Option<usize>,
+    /// The same of what a controller adds to its output.
+    pub ahead: Option<usize>,
+    /// Derivatives of the numbers of a controller, in its order.
+    pub numbers: Vec<f64>,
+    /// Of what is held before the first sample.
+    pub start: f64,
 }
 
 /// A matrix times `ψ`, row by row.
@@ -43,7 +60,33 @@ impl SignalTangent {
     #[must_use]
     pub fn new(mut states: SignalStates, mut changes: SignalStates, first: usize) -> Self {
         (states.reading.first, changes.reading.first) = (first, first);
-        Self { states, changes }
+        Self { states, changes, sampled: Vec::new() }
+    }
+
+    /// With what changes of what is sampled.
+    #[must_use]
+    pub fn with_sampled(self, sampled: Vec<SampledTangent>) -> Self {
+        Self { sampled, ..self }
+    }
+
+    /// `S_θ` of what is sampled into a place at a node with the velocity `v`, as of the parameter of
+    /// this number; `held`: internal variables of signals at present.
+    #[must_use]
+    pub fn of_sample(
+        &self,
+        parameter: usize,
+        at: Motion<'_>,
+        (place, held): (usize, &[f64]),
+    ) -> Option<SampledChange> {
+        let own = self.sampled.iter().find(|own| own.place == place)?;
+        let mut internal = vec![0.0; self.states.reading.first];
+        internal.extend_from_slice(held);
+        let (mut of, mut ahead) = (0.0, 0.0);
+        self.changes.with_efforts_at_node(Motion { internal: &internal, ..at }, |efforts| {
+            let effort = |k: Option<usize>| k.map_or(0.0, |k| efforts[k]);
+            (of, ahead) = (effort(own.of), effort(own.ahead));
+        });
+        Some(SampledChange { parameter, of, ahead, numbers: own.numbers.clone() })
     }
 
     /// Where their internal variables begin.
@@ -86,15 +129,24 @@ impl SignalTangent {
         let mut internal = vec![0.0; first + count];
         self.states.begin(at, &mut internal[first..]);
         let mut own = vec![0.0; count];
-        let at = Motion { internal: &internal, ..at };
-        self.changes.with_efforts_at_node(at, |efforts| {
+        let begun = Motion { internal: &internal, ..at };
+        self.changes.with_efforts_at_node(begun, |efforts| {
             let states = &self.states.reading.states;
             for (place, change) in states.iter().zip(&efforts[states.len()..]) {
                 own[*place] = *change;
             }
         });
-        let mut change = vec![0.0; count];
-        self.states.begin_stated(at, &own, &mut change);
-        out[first..].iter_mut().zip(&change).for_each(|(out, change)| *out += change);
+        self.sampled.iter().for_each(|sampled| own[sampled.place] = sampled.start);
+        let by = |place: usize, held: &[f64]| -> Vec<SampledChange> {
+            self.of_sample(0, at, (place, held)).into_iter().collect()
+        };
+        let changes = self.states.begin_changes(at, &by);
+        for (out, change) in out[first..].iter_mut().zip(&changes) {
+            *out += change.along(|seed| match seed {
+                Seed::Internal(k) => own[k],
+                Seed::Parameter(_) => 1.0,
+                Seed::Input(_) => 0.0,
+            });
+        }
     }
 }

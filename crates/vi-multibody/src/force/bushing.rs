@@ -94,7 +94,7 @@ impl SixForce {
     /// `q ← q + Σ w_i ∂τ_i/∂q`, `of_v ← of_v + Σ w_i ∂τ_i/∂v`, both of shape `n`, and
     /// `of_z ← of_z + Σ w_i ∂τ_i/∂z` at a node.
     pub fn add_slopes(&self, at: Motion<'_>, w: &Vector6, [q, of_v, of_z]: [&mut [f64]; 3]) {
-        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
+        self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
             of_z[variable] += w.iter().zip(slopes).map(|(w, slope)| w * slope).sum::<f64>();
         });
         self.reading.with_slopes_at_node(at, |work| {
@@ -446,7 +446,7 @@ impl DiscreteForce for SixForce {
 
     fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(at.q);
-        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
+        self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
             self.emit_along(&gradients, (scale, slopes), variable, out);
         });
     }

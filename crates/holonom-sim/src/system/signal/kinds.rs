@@ -1,10 +1,9 @@
 //! What the value of a signal of each kind is, and the rates of its states.
 
 use super::network::Term;
-use super::sampler::Gains;
 use super::{Source, Terms, key, label, output};
 use holonom_model::expression::{Known, Program};
-use holonom_model::{ModelError, OUTPUT, Pid, Signal, SignalPart, Transfer};
+use holonom_model::{ModelError, OUTPUT, Signal, SignalPart, Transfer};
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::Read;
@@ -160,18 +159,5 @@ impl<'a> Terms<'a> {
             self.rates[state] = Some(self.part_of_signal(signal, part)?);
         }
         Ok(())
-    }
-}
-
-pub(super) fn gains(pid: &Pid) -> Gains {
-    let Pid { proportional, integral, derivative, .. } = *pid;
-    let limited = pid.limits.is_some() && integral != 0.0;
-    Gains {
-        proportional,
-        integral,
-        derivative,
-        filter: pid.filter.unwrap_or(0.0),
-        limits: pid.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]),
-        tracking: limited.then(|| pid.tracking.unwrap_or(proportional / integral)),
     }
 }

@@ -15,7 +15,7 @@ mod kinds;
 pub(crate) mod network;
 pub(crate) mod output;
 mod parts;
-mod sampler;
+pub(crate) mod sampler;
 mod tasks;
 
 use crate::digits::rounded;

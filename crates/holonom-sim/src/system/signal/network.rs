@@ -143,12 +143,6 @@ impl Network {
         work.rows.row(last).iter().copied().collect()
     }
 
-    /// How the value of `source` changes where `(y, z)` changes by `(dy, dz)`.
-    pub(crate) fn change(&self, source: Source, [y, z]: [&[f64]; 2], [dy, dz]: [&[f64]; 2]) -> f64 {
-        let row = self.row(source, y, z);
-        row.iter().zip(dy.iter().chain(dz)).map(|(slope, by)| slope * by).sum()
-    }
-
     /// `slopes ← Σ w` times how the slopes of a source by the inputs change where these change by
     /// `along`; without states.
     pub(crate) fn bend_of(

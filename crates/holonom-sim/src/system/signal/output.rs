@@ -65,6 +65,16 @@ impl SignalGauge {
         found.map(|own| own.source).or_else(|| state().map(|(_, source)| *source))
     }
 
+    /// Where what a signal samples or keeps is held among the internal variables of signals.
+    pub(crate) fn place(&self, name: &str) -> Option<usize> {
+        let Source::Input(input) = self.source(name)? else { return None };
+        match self.states.reading.inputs.get(input)? {
+            Input::Held(place) => Some(*place),
+            Input::Past(past) => Some(past.first),
+            _ => None,
+        }
+    }
+
     /// What jumps in it where the motion leads: whose expression, and the part.
     pub(crate) fn jump(&self, source: Source) -> Option<(String, String)> {
         let (owner, part) = self.own.network.jump(source)?;

@@ -1,7 +1,6 @@
 //! What happens at nodes: values that are sampled, kept and held, in the order of dependence.
 
-use super::kinds::gains;
-use super::sampler::{Due, Task};
+use super::sampler::{Due, Gains, Task};
 use super::{Source, Terms, key, label, output};
 use holonom_model::ModelError;
 use vi_multibody::builder::Read;
@@ -31,7 +30,7 @@ impl<'a> Terms<'a> {
                 let ahead = pid.feedforward.is_some();
                 let feedforward =
                     if ahead { Some(self.stated(signal, "feedforward")?) } else { None };
-                let gains = gains(pid);
+                let gains = Gains::of(pid, &mut |_, value| value);
                 let task = Task::Pid { held: place, error, feedforward, gains, period };
                 all.push((place, error, feedforward, Due { every, task }));
                 for (part, k) in [("i", 1), ("d", 2)] {

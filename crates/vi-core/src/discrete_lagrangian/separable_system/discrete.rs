@@ -205,10 +205,6 @@ impl DiscreteLagrangian for SeparableSystem {
         Ok(())
     }
 
-    fn without_derivative(&self) -> Option<&'static str> {
-        self.is_sampled().then_some("values that are sampled at nodes")
-    }
-
     fn internal_variables(&self) -> usize {
         let of_potentials = self.potentials().map(DiscretePotential::internal_variables);
         self.variables_before_potentials() + of_potentials.sum::<usize>()

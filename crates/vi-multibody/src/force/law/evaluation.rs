@@ -396,16 +396,16 @@ impl Reading {
         s: &Interval,
         visit: &mut dyn FnMut(usize, &[f64]),
     ) {
-        let held = |input: &Input| match input {
-            Input::Held(place) => Some(self.first + place),
-            _ => None,
-        };
-        if self.inputs.iter().any(|input| held(input).is_some()) {
+        if self.inputs.iter().any(|input| matches!(input, Input::Held(_) | Input::Past(_))) {
             self.with_slopes_in_step(s, |work| {
+                let held = self.own(&s.internal);
                 for (j, input) in self.inputs.iter().enumerate() {
                     let column = work.slopes.column(j);
                     let column = &column.as_slice()[..work.efforts];
-                    held(input).into_iter().for_each(|variable| visit(variable, column));
+                    input.for_each_held(s.t_mid(), held, &mut |place, slope| {
+                        let column: Vec<f64> = column.iter().map(|own| slope * own).collect();
+                        visit(self.first + place, &column);
+                    });
                 }
             });
         }
@@ -418,20 +418,27 @@ impl Reading {
         }
     }
 
-    /// Visits what efforts at a node depend on among all internal variables, states alone: the
-    /// variable and `∂τ/∂z`.
-    pub(in crate::force) fn for_each_state_at_node(
+    /// Visits what efforts depend on at a node among all internal variables, held values and then
+    /// states: the variable and `∂τ/∂z`.
+    pub(in crate::force) fn for_each_internal_at_node(
         &self,
         at: Motion<'_>,
         visit: &mut dyn FnMut(usize, &[f64]),
     ) {
-        if self.states.is_empty() {
+        if !self.remembers() {
             return;
         }
         self.with_slopes_at_node(at, |work| {
+            let (held, efforts) = (self.own(at.internal), work.efforts);
+            let column = |k: usize| work.slopes.column(k).as_slice()[..efforts].to_vec();
+            for (j, input) in self.inputs.iter().enumerate() {
+                input.for_each_held(at.t, held, &mut |place, slope| {
+                    let column: Vec<f64> = column(j).iter().map(|own| slope * own).collect();
+                    visit(self.first + place, &column);
+                });
+            }
             for (i, state) in self.states.iter().enumerate() {
-                let column = work.slopes.column(work.y.len() + i);
-                visit(self.first + state, &column.as_slice()[..work.efforts]);
+                visit(self.first + state, &column(work.y.len() + i));
             }
         });
     }

@@ -80,10 +80,23 @@ impl Past {
     #[must_use]
     pub fn at(&self, t: f64, internal: &[f64]) -> f64 {
         let Some(own) = internal.get(self.first..=self.first + self.count) else { return 0.0 };
-        let back = ((own[0] - (t - self.delay)) / self.step).clamp(0.0, (self.count - 1) as f64);
-        let whole = (back.floor() as usize).min(self.count - 2);
-        let part = back - whole as f64;
+        let (whole, part) = self.place(t, own[0]);
         own[1 + whole] + part * (own[2 + whole] - own[1 + whole])
+    }
+
+    /// Visits the internal variables that it depends on at `t`, with its slopes by them.
+    pub fn for_each_slope(&self, t: f64, internal: &[f64], visit: &mut dyn FnMut(usize, f64)) {
+        let Some(own) = internal.get(self.first..=self.first + self.count) else { return };
+        let (whole, part) = self.place(t, own[0]);
+        visit(self.first + 1 + whole, 1.0 - part);
+        visit(self.first + 2 + whole, part);
+    }
+
+    /// Between which nodes before the last one `t − delay` is, and where between them.
+    fn place(&self, t: f64, last: f64) -> (usize, f64) {
+        let back = ((last - (t - self.delay)) / self.step).clamp(0.0, (self.count - 1) as f64);
+        let whole = (back.floor() as usize).min(self.count - 2);
+        (whole, back - whole as f64)
     }
 
     /// Adds the number of a node at the time `t`, in the place of the oldest.
@@ -246,6 +259,15 @@ impl Input {
             | Self::RelativeSpin { .. } => true,
             Self::Six(part) => *part >= 6,
             _ => false,
+        }
+    }
+
+    /// Visits the internal variables of signals that it depends on at `t`, with its slopes by them.
+    pub fn for_each_held(&self, t: f64, held: &[f64], visit: &mut dyn FnMut(usize, f64)) {
+        match self {
+            Self::Held(place) => visit(*place, 1.0),
+            Self::Past(past) => past.for_each_slope(t, held, visit),
+            _ => {}
         }
     }
 

@@ -18,6 +18,7 @@ pub(super) mod evaluation;
 pub mod input;
 mod place;
 mod relative;
+pub mod sampling;
 pub mod signals;
 mod target;
 mod turning;
@@ -26,6 +27,7 @@ pub mod velocity;
 pub use evaluation::{Law, Reading};
 pub use input::{Input, Past};
 pub use relative::RelativeWrench;
+pub use sampling::{ByParameters, Change, SampledChange, Seed};
 pub use signals::{Sampler, SignalStates};
 pub use target::Target;
 pub use velocity::LawOfRates;
@@ -69,7 +71,7 @@ impl LawForce {
         self.reading.with_slopes_at_node(at, |work| {
             self.reading.add_slopes(at.q, at.v, |j| scale * work.slope(k, j), [q, of_v]);
         });
-        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
+        self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
             of_z[variable] += scale * slopes[k];
         });
     }
@@ -259,7 +261,7 @@ impl DiscreteForce for LawForce {
     }
 
     fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.reading.for_each_state_at_node(at, &mut |variable, slopes| {
+        self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
             for (k, slope) in slopes.iter().enumerate() {
                 self.target.for_each_direction(Place::node(at.q), k, &mut |row, along| {
                     out.add(row, variable, scale * along * slope);

@@ -3,6 +3,7 @@
 use super::collocation::Collocation;
 use super::evaluation::Reading;
 use super::input::Input;
+use super::sampling::{ByParameters, Change, Seed};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Motion;
@@ -23,9 +24,18 @@ pub trait Sampler: Send + Sync {
     fn sample(&self, step: u64, y: &[f64], internal: &mut [f64]);
     /// `internal ←` the values at the start of a motion.
     fn begin(&self, y: &[f64], internal: &mut [f64]);
-    /// `change ←` how these change where the inputs change by `dy`, and what is stated by `own`,
+    /// The same, and how all of them change with inputs, internal variables before, and parameters;
     /// shape [`Sampler::count`].
-    fn begin_change(&self, y: &[f64], dy: &[f64], own: &[f64], change: &mut [f64]);
+    fn sample_changes(
+        &self,
+        step: u64,
+        y: &[f64],
+        internal: &mut [f64],
+        by: &ByParameters<'_>,
+    ) -> Vec<Change>;
+    /// The values at the start of a motion, and how they change with inputs, with those that are
+    /// stated, and with parameters.
+    fn begin_changes(&self, y: &[f64], internal: &mut [f64], by: &ByParameters<'_>) -> Vec<Change>;
 }
 
 /// All states and held values of the signals of a model.
@@ -60,12 +70,30 @@ impl SignalStates {
         self.reading.with_values_at_node(at, |work| then(work.efforts()))
     }
 
-    /// `out ←` how what they begin with changes where what is stated changes by `own`.
-    pub fn begin_stated(&self, at: Motion<'_>, own: &[f64], out: &mut [f64]) {
-        let still = vec![0.0; self.reading.inputs.len()];
-        let mut begun = vec![0.0; out.len()];
-        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &still, own, out);
-        self.reading.with_inputs(at, &mut begun, begin);
+    /// How the internal variables change over a node with the velocity `v`, from these before.
+    #[must_use]
+    pub fn sample_changes(
+        &self,
+        step: u64,
+        at: Motion<'_>,
+        before: &[f64],
+        by: &ByParameters<'_>,
+    ) -> Vec<Change> {
+        let (mut own, mut changes) = (before.to_vec(), Vec::new());
+        self.reading.with_inputs(at, &mut own, |y, own| {
+            changes = self.sampler.sample_changes(step, y, own, by);
+        });
+        changes
+    }
+
+    /// How what they begin with changes at the start of a motion with the velocity `v`.
+    #[must_use]
+    pub fn begin_changes(&self, at: Motion<'_>, by: &ByParameters<'_>) -> Vec<Change> {
+        let (mut begun, mut changes) = (vec![0.0; self.count()], Vec::new());
+        self.reading.with_inputs(at, &mut begun, |y, own| {
+            changes = self.sampler.begin_changes(y, own, by);
+        });
+        changes
     }
 
     /// `out ←` the internal variables at a node of an equilibrium: states where they rest, held
@@ -119,10 +147,9 @@ impl Signals for SignalStates {
             sum
         };
         let dy: Vec<f64> = self.reading.inputs.iter().map(change).collect();
-        let mut begun = vec![0.0; out.len()];
-        let stated = vec![0.0; out.len()];
-        let begin = |y: &[f64], _: &mut [f64]| self.sampler.begin_change(y, &dy, &stated, out);
-        self.reading.with_inputs(at, &mut begun, begin);
+        let by_input = |seed: Seed| if let Seed::Input(j) = seed { dy[j] } else { 0.0 };
+        let changes = self.begin_changes(at, &|_, _| Vec::new());
+        out.iter_mut().zip(&changes).for_each(|(out, change)| *out = change.along(by_input));
     }
 
     /// `z_{n+1} = 2 z̄ − z_n`; what is held stays.
@@ -170,9 +197,11 @@ impl Signals for SignalStates {
                     out.add(*row, *column, 2.0 * slopes.by_start[(i, j)]);
                 }
                 for (j, input) in self.reading.inputs.iter().enumerate() {
-                    if let Input::Held(place) = input {
-                        out.add(*row, *place, 2.0 * slopes.by_input[(i, j)]);
-                    }
+                    let by_input = 2.0 * slopes.by_input[(i, j)];
+                    let held = self.reading.own(&s.internal);
+                    input.for_each_held(s.t_mid(), held, &mut |place, slope| {
+                        out.add(*row, place, by_input * slope);
+                    });
                 }
             }
         });
