@@ -132,7 +132,7 @@ fn numbers_of_histories_agree_with_differences() {
 }
 
 /// Why there is no gradient of a model.
-fn refusal(text: &str) -> String {
+pub(super) fn refusal(text: &str) -> String {
     let source = ModelText::from_text(Path::new("model.toml"), text);
     let model = source.model(&[]).unwrap();
     gradient(&source, &[], &model, &Wanted::everything()).unwrap_err().to_string()
@@ -169,7 +169,7 @@ joint = "slide"
 effort = "s"
 "#;
 
-/// Gains of zero, which have no state, and what is sampled or delayed.
+/// Gains of zero, which have no state.
 #[test]
 fn numbers_of_signals_without_derivatives_are_refused() {
     let signal = |own: &str| {
@@ -181,11 +181,6 @@ fn numbers_of_signals_without_derivatives_are_refused() {
             signal("pid = { of = \"-slide\", proportional = 2.0, integral = \"= c - 0.4\" }"),
             "signal.s.pid.integral",
         ),
-        (
-            signal("pid = { of = \"-slide\", proportional = \"= c\" }\nevery = 0.02"),
-            "signal.s.pid.proportional",
-        ),
-        (signal("delay = { of = \"c*slide\", time = 0.02 }"), "signal.s.delay.of"),
         (
             signal(
                 "transfer = { of = \"slide\", numerator = [\"= c - 0.4\", 1.0], denominator = [1.0, 2.0] }",
@@ -308,7 +303,7 @@ fn sensors_without_derivatives_are_refused_with_a_remedy() {
 }
 
 /// The same model by steps of another kind.
-fn by(text: &str, steps: &str) -> String {
+pub(super) fn by(text: &str, steps: &str) -> String {
     text.replace("[simulation]\n", &format!("[simulation]\n{steps}"))
 }
 
@@ -530,7 +525,7 @@ fn gradients_of_forces_have_the_same_bits_with_checkpoints() {
     }
 }
 
-fn same_bits_with_checkpoints(text: &str, by_step: bool) {
+pub(super) fn same_bits_with_checkpoints(text: &str, by_step: bool) {
     let source = ModelText::from_text(Path::new("model.toml"), text);
     let model = source.model(&[]).unwrap();
     let mut all = Vec::new();

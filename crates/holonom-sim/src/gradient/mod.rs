@@ -38,6 +38,8 @@ pub(crate) mod prepared;
 #[cfg(test)]
 mod rolling_tests;
 #[cfg(test)]
+mod sampled_tests;
+#[cfg(test)]
 pub(crate) mod start_tests;
 #[cfg(test)]
 mod static_models;

@@ -128,6 +128,11 @@ impl Prepared {
         let (model, run) = (&**model, simulation.integrator());
         let signals = system.dynamics.forces.signals.clone();
         let Some(signals) = signals.filter(|_| run.system().is_sampled()) else { return Ok(()) };
+        if run.method().stages().is_some() {
+            let what = "derivatives of Galerkin steps with signals that are sampled";
+            let help = "take steps of order 2, or filters in the place of samples";
+            return Err(refused("simulation.method", what, help));
+        }
         let measured = system.sensors.signal_gauge().and_then(|gauge| gauge.measured().first());
         if let Some((column, _)) = measured {
             let what = format!(
