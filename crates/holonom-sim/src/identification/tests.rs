@@ -320,6 +320,20 @@ fn with_gyros() -> String {
     FLYING.replace("[identify]", &text)
 }
 
+/// The arm with a digital controller of its shoulder, whose gain is unknown as well, and whose
+/// output comes late.
+fn with_controller() -> String {
+    let controller = "[[signal]]\nname = \"digital\"\nevery = 0.02\n\
+                      pid = { of = \"0.4 - shoulder\", proportional = \"= gain\", integral = 3.0, derivative = \"= 0.1*gain\", filter = 0.03, limits = [-3.0, 9.0] }\n\
+                      [[signal]]\nname = \"late\"\ndelay = { of = \"digital\", time = 0.013 }\n\
+                      [[law]]\nname = \"motor\"\njoint = \"shoulder\"\neffort = \"late - 0.1*v\"\n\
+                      [[sensor]]\nname = \"current\"\ntype = \"expression\"\nvalue = \"0.3*late\"\n\
+                      [[measurement]]\nsensor = \"current\"\nsigma = 0.1\n[identify]";
+    let text = ARM.replace("[parameters]\n", "[parameters]\ngain = 12.0\n");
+    let text = text.replace("parameters = {", "parameters = { gain = { start = 10.0 },");
+    text.replace("[identify]", controller)
+}
+
 /// The same where the effort of the spring is measured, and the orientation of the box.
 fn with_efforts() -> String {
     let sensors = "[[sensor]]\nname = \"pull\"\ntype = \"effort\"\nof = \"tie\"\n\
@@ -416,7 +430,8 @@ fn by_galerkin(text: &str) -> String {
 #[test]
 fn exact_data_give_the_numbers_that_they_were_made_with() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
+    let others =
+        [with_gyros(), with_efforts(), with_reactions(), with_accelerations(), with_controller()];
     let others = others.iter().map(String::as_str);
     for text in [ARM, LINKAGE, FLYING, WHEEL, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
@@ -437,7 +452,8 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
 #[test]
 fn residuals_of_models_have_their_derivatives() {
     let [arm, linkage] = [ARM, LINKAGE].map(by_galerkin);
-    let others = [with_gyros(), with_efforts(), with_reactions(), with_accelerations()];
+    let others =
+        [with_gyros(), with_efforts(), with_reactions(), with_accelerations(), with_controller()];
     let others = others.iter().map(String::as_str);
     for text in [ARM, LINKAGE, FLYING, WHEEL, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
