@@ -14,6 +14,7 @@
 //! of it is a warning.
 
 use crate::assembly::agreement;
+use crate::assembly::curved_elements::remarks_at;
 use crate::assembly::{self, AssemblyReport};
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
@@ -637,6 +638,7 @@ impl Experiment for Statics {
             .iter()
             .cloned()
             .chain(self.limits.warnings())
+            .chain(remarks_at(&self.beams, self.problem.configuration(), &self.assembly.warnings))
             .chain(stability)
             .collect()
     }

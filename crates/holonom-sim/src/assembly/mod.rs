@@ -2,7 +2,7 @@
 
 pub(crate) mod agreement;
 mod bar_loops;
-mod curved_elements;
+pub(crate) mod curved_elements;
 pub(crate) mod loops;
 pub(crate) mod measures;
 mod plausibility;

@@ -6,6 +6,7 @@
 //! See [`mod@vi_statics::buckling`].
 
 use super::{About, BucklingFacts, Mode, ModeKind, ModesError, Place, Report, mode};
+use crate::assembly::curved_elements::remarks_at;
 use crate::experiment::Experiment as _;
 use crate::statics::Statics;
 use holonom_model::Model;
@@ -52,7 +53,7 @@ impl ModalAnalysis {
         };
         let near = critical.iter().take_while(|critical| critical.abs() < FARTHEST * end);
         let modes: Vec<Mode> = near.enumerate().map(shape).collect();
-        let mut warnings = Vec::new();
+        let mut warnings = remarks_at(self.statics.beams(), &configuration, &[]);
         if modes.is_empty() {
             let beyond = match reversed {
                 Some(_) => "under the loads reversed alone",

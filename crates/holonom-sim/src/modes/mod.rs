@@ -19,6 +19,7 @@ pub use report::{
     About, BucklingFacts, MemberShape, Mode, ModeKind, MotionReport, Report, RotationReport,
 };
 
+use crate::assembly::curved_elements::remarks_at;
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::run::outcome::RunFailure;
@@ -216,6 +217,7 @@ impl ModalAnalysis {
             return Err(ModesError::Nothing(found.dof));
         }
         let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
+        let coarse = remarks_at(self.statics.beams(), &configuration, &[]);
         Ok(Report {
             model: self.name.clone(),
             about: self.about,
@@ -234,6 +236,7 @@ impl ModalAnalysis {
                 .iter()
                 .cloned()
                 .chain(warnings(found.dof, [found.unbalanced, found.applied, found.round_off]))
+                .chain(coarse)
                 .collect(),
             buckling: None,
             configuration,

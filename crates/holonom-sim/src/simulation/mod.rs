@@ -31,6 +31,7 @@ pub use crate::run::outcome::{RunFailure, RunOutcome};
 
 use crate::assembly;
 use crate::assembly::agreement;
+use crate::assembly::curved_elements::remarks_at;
 use crate::assembly::loops::LoopResiduals;
 use crate::dynamics::Dynamics;
 use crate::event::Events;
@@ -182,6 +183,8 @@ impl Simulation {
         let (stated, start) = (&stated, &start);
         let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
         let mut assembly = begun.report(&limits);
+        let coarse = remarks_at(&beams, q, &assembly.warnings);
+        assembly.warnings.extend(coarse);
         assembly.warnings.extend(law::warnings(&laws));
         assembly.warnings.extend(signal::warnings(model));
         assembly.warnings.extend(bushing::warnings(model));
@@ -286,6 +289,8 @@ impl Simulation {
         let divided = self.divided.warning().into_iter();
         let rolling = self.rolling.warnings(self.mechanism());
         let events = self.events.iter().flat_map(|events| events.warnings());
+        let coarse = remarks_at(&self.beams, self.stepper.place().2, &self.assembly.warnings);
+        let found = found.chain(coarse);
         known.chain(found).chain(divided).chain(rolling).chain(events).collect()
     }
 
