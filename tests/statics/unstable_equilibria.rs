@@ -144,6 +144,51 @@ fn a_follower_column_is_stable_below_its_flutter_load() {
     assert!(beyond.unstable == 1 && beyond.modes[0].omega > 0.0, "flutter");
 }
 
+/// Two rods of 1 m with springs of 1 N m, masses 2 and 1 at their ends (Ziegler 1952).
+fn ziegler(load: &str) -> String {
+    let rod = |name: &str, mass: f64, at: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = {mass}\ninertia = [1e-6, 1e-6, 1e-6]\nposition = [0, 0, {at}]\n"
+        )
+    };
+    let hinge = |name: &str, parent: &str, child: &str, at: f64| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
+             position = [0, 0, {at}]\naxis = [0, 1, 0]\nspring = {{ stiffness = 1.0 }}\n"
+        )
+    };
+    "[model]\nname = \"ziegler\"\n[simulation]\nscheme = \"static\"\nstep = 0.1\nend = 1.0\n"
+        .to_owned()
+        + &rod("lower", 2.0, 1.0)
+        + &rod("upper", 1.0, 2.0)
+        + &hinge("foot", "ground", "lower", 0.0)
+        + &hinge("knee", "lower", "upper", 1.0)
+        + &format!("[[load]]\nname = \"press\"\nbody = \"upper\"\n{load}\n")
+}
+
+/// Flutter: Beck `20.05 EI/L²`, Ziegler `(7 − 2√2)/2 k/l`. Divergence: Ziegler under a dead load
+/// `(3 − √5)/2 k/l`, a column whose load follows by three tenths `acos²(−3/7) EI/L²`.
+#[test]
+fn flutter_is_told_from_divergence() {
+    let beck = hostile("follower_column").replace("elements = 16\norder = 2", "elements = 8");
+    let part = beck.replace("[0.0, 0.0, -10.0]", "[0.0, 0.0, -1.8]")
+        + "[[load]]\nname = \"dead\"\nbody = \"b.end\"\nforce = [-4.2, 0.0, 0.0]\n";
+    let cases = [
+        ("Beck", beck.replace("-10.0", "-25.0"), 25.0, 20.05, true),
+        ("Ziegler", ziegler("force = [0, 0, -3]\nframe = \"body\""), 3.0, 2.0858, true),
+        ("dead", ziegler("force = [0, 0, -0.6]"), 0.6, 0.381_966, false),
+        ("part", part, 6.0, 4.0471, false),
+    ];
+    for (name, text, largest, exact, flutters) in cases {
+        let (samples, warnings) = rows(&text);
+        let last = samples.iter().rfind(|sample| sample.unstable == Some(0)).unwrap();
+        println!("{name}: stable up to {:.4} of {exact}, {warnings:?}", largest * last.t);
+        assert!((largest * last.t / exact - 1.0).abs() < 1e-2, "{name}: {}", largest * last.t);
+        let says = |words: &str| warnings.iter().any(|warning| warning.contains(words));
+        assert!(says("by flutter") == flutters && says("bifurcation point") != flutters, "{name}");
+    }
+}
+
 #[test]
 fn whirls_and_unstable_modes_are_all_counted() {
     let shaft = report(&hostile("shaft_between_critical_speeds"), About::Rotation, 4);
