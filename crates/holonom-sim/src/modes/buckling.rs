@@ -78,6 +78,7 @@ impl ModalAnalysis {
             dof,
             unstable: 0,
             zero: 0,
+            round_off: 0.0,
             modes,
             residual,
             orthogonality: 0.0,
