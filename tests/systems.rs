@@ -75,6 +75,7 @@ mod beams {
     mod material_damping;
     mod ropes;
     mod section_forces;
+    mod slack_starts;
     mod stations;
     mod stiff_beams;
     mod tensioned_models;

@@ -295,3 +295,46 @@ fn hostile_texts_end_with_code_3_and_few_words() {
         assert!(output.stderr.len() < 1_000_000, "{what}: {} bytes", output.stderr.len());
     }
 }
+
+/// A wish, numbers that a section lacks, a part that a joint cannot hold: what to write stands in
+/// the help to its last word.
+#[test]
+fn the_help_says_all_of_what_to_write() {
+    let rope = |own: &str, section: &str, rest: &str| {
+        format!(
+            "[model]\nname = \"rope\"\n[simulation]\nstep = 0.01\nend = 0.1\n[[beam]]\nname = \"rope\"\n\
+             points = [[0, 0, 0], [0, 0, -2]]\nelements = 10\n{own}\nstart = \"pinned\"\n\
+             section = {{ EA = 2e6, GA1 = 1e5, GA2 = 1e5, {section}rhoA = 0.1, rhoI1 = 1e-6, rhoI2 = 1e-6 }}\n{rest}"
+        )
+    };
+    let bends = "EI1 = 1.0, EI2 = 1.0, GJ = 1.0, ";
+    let weight = "[[particle]]\nname = \"m\"\nmass = 5.0\nposition = [0, 0, -2]\n[[joint]]\nname = \"at\"\n\
+                  type = \"spherical\"\nparent = \"rope.end\"\nchild = \"m\"\nposition = [0, 0, -2]\n";
+    let cases = [
+        ("wish", rope("rope = true", bends, ""), "Ropes with mass over pulleys are not modelled"),
+        (
+            "bends",
+            rope("", "", ""),
+            "write 1e-6 EA ℓ² = 2e0 ℓ² N m² for each, ℓ the length of an element, m",
+        ),
+        (
+            "twist",
+            rope("element = \"rope\"", "EI1 = 1.0, EI2 = 1.0, ", ""),
+            "never 0: write 1e-6 EA ℓ²",
+        ),
+        (
+            "held",
+            rope("", bends, weight),
+            "`m` as a [[body]] with its `mass` and `inertia = [J, J, J]`",
+        ),
+    ];
+    for (name, text, words) in cases {
+        let folder = folder(name);
+        fs::write(folder.join("model.toml"), text).unwrap();
+        let said = refused(&folder, &[]);
+        let line = said.split_whitespace().collect::<Vec<_>>().join(" ");
+        println!("{said}");
+        assert!(line.contains(words), "{said}");
+        assert!(!line.contains('…'), "{said}");
+    }
+}

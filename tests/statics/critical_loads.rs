@@ -151,3 +151,18 @@ fn a_path_names_its_bifurcation_and_follows_the_branch_when_asked() {
     assert_eq!(output.status.code(), Some(3), "{}", words(&output));
     assert!(words(&output).contains("no path of equilibria that bifurcates"), "{}", words(&output));
 }
+
+/// A wire of mean directors with `L/h = 10⁶`, whose bending is `10⁻¹²` of its extension.
+#[test]
+fn modes_below_round_off_are_called_so() {
+    let folder = folder("round_off");
+    let wire = COLUMN
+        .replace("elements = 32", "elements = 10\nelement = \"mean_directors\"")
+        .replace("EI1 = 1400.0, EI2 = 350.0, GJ = 300.0", "EI1 = 8e-5, EI2 = 8e-5, GJ = 6e-5");
+    let wire = wire.split("[[load]]").next().unwrap();
+    fs::write(folder.join("wire.toml"), wire).unwrap();
+    let output = holonom(&folder, &["modes", "wire.toml"]);
+    let table = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(table.contains("modes below round-off: less than"), "{}{table}", words(&output));
+    assert!(words(&output).contains("are not told from"), "{}", words(&output));
+}

@@ -143,3 +143,40 @@ fn round_off_is_not_taken_for_an_imbalance() {
     println!("flexible four-bar: {} without stiffness, {:?}", report.zero, report.warnings);
     assert!(report.warnings.is_empty(), "{:?}", report.warnings);
 }
+
+/// A wire of `L/h = 10⁶`: bending is `10⁻¹²` of extension, its slowest modes are near the last bits
+/// of the stiffness. Sections twice as thick and free beams are told from it.
+#[test]
+fn what_rounding_hides_is_no_mode_without_stiffness() {
+    let wire = |thick: f64, element: &str, load: f64| {
+        format!(
+            "[model]\nname = \"wire\"\n[simulation]\nstep = 1.0\nend = 1.0\nscheme = \"static\"\n[[beam]]\nname = \"b\"\n\
+             points = [[0, 0, 0], [1, 0, 0]]\nelements = 10\nelement = \"{element}\"\nnormal = [0, 0, 1]\nstart = \"clamped\"\n\
+             section = {{ shape = {{ type = \"rectangle\", dimensions = [{thick:e}, {thick:e}] }}, \
+             material = {{ E = 2.1e11, nu = 0.3, density = 7850.0 }} }}\n[[load]]\nname = \"tip\"\nbody = \"b.end\"\n\
+             force = [0, 0, {load:e}]\n"
+        )
+    };
+    let bent = 2.1e11 / 12.0 * 1e-24;
+    for (element, load, about) in [
+        ("mean_directors", 0.0, About::Start),
+        ("second_order", 0.0, About::Start),
+        ("helicoidal", bent, About::Static),
+    ] {
+        let text = wire(1e-6, element, load);
+        let report = modes(&text, &[], about, 4);
+        let slowest = 1.8751040687_f64.powi(2) / TAU * (2.1e11 / 12.0 / 7850.0_f64).sqrt() * 1e-6;
+        println!(
+            "{element}: {} hidden below {:e} Hz, {:?}",
+            report.zero, report.round_off, report.warnings
+        );
+        assert!(report.zero > 0 && report.round_off > slowest, "{element}: {slowest} Hz");
+        assert!(report.warnings.iter().any(|text| text.contains("are not told from")));
+    }
+    for (thick, start, zero) in [(1e-3, "\"clamped\"", 0), (1e-2, "\"free\"", 6)] {
+        let changes = [("beam.b.start", start)];
+        let report = modes(&wire(thick, "helicoidal", 0.0), &changes, About::Start, 4);
+        assert_eq!((report.zero, report.round_off), (zero, 0.0), "{:?}", report.warnings);
+        assert!(report.warnings.is_empty(), "{:?}", report.warnings);
+    }
+}

@@ -144,6 +144,51 @@ fn a_follower_column_is_stable_below_its_flutter_load() {
     assert!(beyond.unstable == 1 && beyond.modes[0].omega > 0.0, "flutter");
 }
 
+/// Two rods of 1 m with springs of 1 N m, masses 2 and 1 at their ends (Ziegler 1952).
+fn ziegler(load: &str) -> String {
+    let rod = |name: &str, mass: f64, at: f64| {
+        format!(
+            "[[body]]\nname = \"{name}\"\nmass = {mass}\ninertia = [1e-6, 1e-6, 1e-6]\nposition = [0, 0, {at}]\n"
+        )
+    };
+    let hinge = |name: &str, parent: &str, child: &str, at: f64| {
+        format!(
+            "[[joint]]\nname = \"{name}\"\ntype = \"revolute\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
+             position = [0, 0, {at}]\naxis = [0, 1, 0]\nspring = {{ stiffness = 1.0 }}\n"
+        )
+    };
+    "[model]\nname = \"ziegler\"\n[simulation]\nscheme = \"static\"\nstep = 0.1\nend = 1.0\n"
+        .to_owned()
+        + &rod("lower", 2.0, 1.0)
+        + &rod("upper", 1.0, 2.0)
+        + &hinge("foot", "ground", "lower", 0.0)
+        + &hinge("knee", "lower", "upper", 1.0)
+        + &format!("[[load]]\nname = \"press\"\nbody = \"upper\"\n{load}\n")
+}
+
+/// Flutter: Beck `20.05 EI/L²`, Ziegler `(7 − 2√2)/2 k/l`. Divergence: Ziegler under a dead load
+/// `(3 − √5)/2 k/l`, a column whose load follows by three tenths `acos²(−3/7) EI/L²`.
+#[test]
+fn flutter_is_told_from_divergence() {
+    let beck = hostile("follower_column").replace("elements = 16\norder = 2", "elements = 8");
+    let part = beck.replace("[0.0, 0.0, -10.0]", "[0.0, 0.0, -1.8]")
+        + "[[load]]\nname = \"dead\"\nbody = \"b.end\"\nforce = [-4.2, 0.0, 0.0]\n";
+    let cases = [
+        ("Beck", beck.replace("-10.0", "-25.0"), 25.0, 20.05, true),
+        ("Ziegler", ziegler("force = [0, 0, -3]\nframe = \"body\""), 3.0, 2.0858, true),
+        ("dead", ziegler("force = [0, 0, -0.6]"), 0.6, 0.381_966, false),
+        ("part", part, 6.0, 4.0471, false),
+    ];
+    for (name, text, largest, exact, flutters) in cases {
+        let (samples, warnings) = rows(&text);
+        let last = samples.iter().rfind(|sample| sample.unstable == Some(0)).unwrap();
+        println!("{name}: stable up to {:.4} of {exact}, {warnings:?}", largest * last.t);
+        assert!((largest * last.t / exact - 1.0).abs() < 1e-2, "{name}: {}", largest * last.t);
+        let says = |words: &str| warnings.iter().any(|warning| warning.contains(words));
+        assert!(says("by flutter") == flutters && says("bifurcation point") != flutters, "{name}");
+    }
+}
+
 #[test]
 fn whirls_and_unstable_modes_are_all_counted() {
     let shaft = report(&hostile("shaft_between_critical_speeds"), About::Rotation, 4);
@@ -232,4 +277,53 @@ fn what_is_not_judged_is_said() {
     let (samples, warnings) = rows(&hostile("column_perfect"));
     assert!(samples.iter().all(|sample| sample.unstable.is_some()));
     assert!(warnings.iter().all(|warning| !warning.contains("not known")));
+}
+
+/// A strip on two supports that hold its twist, between moments: `π √(EI GJ)/L`. From no load it is
+/// too high by `M²ℓ²/(12 EI GJ)`, of a loaded state right to the fourth order.
+#[test]
+fn moments_that_buckle_are_too_high_by_what_bends_within_elements() {
+    let strip = |[bending, twist]: [f64; 2], elements: usize, moment: f64| {
+        let universal = |name: &str, parent: &str, child: &str, x: f64| {
+            format!(
+                "[[joint]]\nname = \"{name}\"\ntype = \"universal\"\nparent = \"{parent}\"\nchild = \"{child}\"\n\
+                 position = [{x}, 0, 0]\naxis = [0, 0, 1]\naxis2 = [0, 1, 0]\n"
+            )
+        };
+        let load = |node: &str, moment: f64| {
+            format!(
+                "[[load]]\nname = \"at {node}\"\nbody = \"b.{node}\"\ntorque = [0, 0, {moment:e}]\n"
+            )
+        };
+        format!(
+            "[model]\nname = \"strip\"\n[simulation]\nscheme = \"static\"\nstep = 1.0\nend = 1.0\n[[beam]]\n\
+             name = \"b\"\npoints = [[0, 0, 0], [1, 0, 0]]\nelements = {elements}\nnormal = [0, 0, 1]\n\
+             section = {{ EA = 1e8, GA1 = 1e8, GA2 = 1e8, EI1 = 1e3, EI2 = {bending:e}, GJ = {twist:e}, rhoA = 1.0, \
+             rhoI1 = 1e-6, rhoI2 = 1e-6 }}\n[[body]]\nname = \"shoe\"\nmass = 1.0\ninertia = [1, 1, 1]\n\
+             position = [1, 0, 0]\n[[joint]]\nname = \"slide\"\ntype = \"prismatic\"\nparent = \"ground\"\n\
+             child = \"shoe\"\nposition = [1, 0, 0]\naxis = [1, 0, 0]\n"
+        ) + &universal("left", "ground", "b.start", 0.0)
+            + &universal("right", "shoe", "b.end", 1.0)
+            + &load("start", -moment)
+            + &load("end", moment)
+    };
+    let lowest = |text: &str, about: About| {
+        let model = Model::from_toml(text).unwrap();
+        let report = ModalAnalysis::of_loads(&model, about).unwrap().buckling(1).unwrap();
+        report.modes[0].load_factor.unwrap()
+    };
+    for stiffness in [[1.0_f64, 1.0], [1.0, 0.2], [2.0, 0.7]] {
+        let exact = std::f64::consts::PI * (stiffness[0] * stiffness[1]).sqrt();
+        for elements in [4, 8, 16] {
+            let off = lowest(&strip(stiffness, elements, exact), About::Start) - 1.0;
+            let part = std::f64::consts::PI.powi(2) / (12.0 * (elements * elements) as f64);
+            // of a state that is bent across its stiff axis (Trahair 1993)
+            let bent = stiffness.map(|own| 1.0 - own * 1e-3).iter().product::<f64>().sqrt();
+            let near = lowest(&strip(stiffness, elements, 0.99 * exact), About::Static);
+            let near = 0.99 * near * bent - 1.0;
+            println!("{stiffness:?}, {elements}: off by {off:.2e}, {part:.2e}; near {near:.1e}");
+            assert!((off / part - 1.0).abs() < 0.1, "{off:e} and {part:e}");
+            assert!(near.abs() < 0.25 * part, "{near:e}");
+        }
+    }
 }

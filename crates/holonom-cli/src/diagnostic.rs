@@ -13,6 +13,10 @@ use serde_json::{Value, json};
 
 use crate::stderr::{self, visible, visible_in_place};
 
+/// Characters of a message, which may quote the file, and of a help, which may list names of it.
+const WORDS: usize = 400;
+const HELP: usize = 1000;
+
 /// One problem, for miette.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
@@ -152,11 +156,11 @@ fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
     };
     let source = if frame.is_some() { visible_in_place(text) } else { String::new() };
     Shown {
-        message: visible(&place).into_owned() + &clipped(&problem.to_string()),
-        label: if problem.key.is_empty() { "here".into() } else { clipped(&problem.key) },
+        message: visible(&place).into_owned() + &clipped(&problem.to_string(), WORDS),
+        label: if problem.key.is_empty() { "here".into() } else { clipped(&problem.key, WORDS) },
         source_code: NamedSource::new(visible(name), source),
         span: frame,
-        help: problem.help.as_deref().map(clipped),
+        help: problem.help.as_deref().map(|help| clipped(help, HELP)),
     }
 }
 
@@ -173,9 +177,9 @@ fn fits(text: &str, span: &Range<usize>) -> bool {
 }
 
 /// Words of bearable length, none of them a command to the terminal.
-fn clipped(words: &str) -> String {
+fn clipped(words: &str, most: usize) -> String {
     let words = &*visible(words);
-    match words.char_indices().nth(400) {
+    match words.char_indices().nth(most) {
         Some((end, _)) => format!("{}…", &words[..end]),
         None => words.to_owned(),
     }

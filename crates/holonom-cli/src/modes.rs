@@ -208,7 +208,12 @@ pub(crate) fn table(report: &Report, count: usize) -> String {
     }
     if report.zero > 0 {
         let (count, s) = (report.zero, if report.zero == 1 { "" } else { "s" });
-        let _ = writeln!(text, "  {count} mode{s} without stiffness: 0 Hz");
+        let _ = match report.round_off {
+            0.0 => writeln!(text, "  {count} mode{s} without stiffness: 0 Hz"),
+            below => {
+                writeln!(text, "  {count} mode{s} below round-off: less than {} Hz", seven(below))
+            }
+        };
     }
     if report.dof == 0 {
         return text;

@@ -14,6 +14,7 @@
 //! of it is a warning.
 
 use crate::assembly::agreement;
+use crate::assembly::curved_elements::remarks_at;
 use crate::assembly::{self, AssemblyReport};
 use crate::experiment::Experiment;
 use crate::resolution::limits::LimitWatch;
@@ -402,7 +403,9 @@ impl Statics {
         self.facts.equilibria += 1;
         self.facts.max_residual = self.facts.max_residual.max(point.residual);
         self.facts.largest_time = self.facts.largest_time.max(point.factor);
-        self.facts.follow_stability(point.factor, point.unstable);
+        let lost = point.unstable.is_some_and(|count| count > 0) && !self.facts.is_lost();
+        let flutters = lost && self.problem.flutters();
+        self.facts.follow_stability(point.factor, point.unstable, flutters);
         let rest = vec![0.0; point.q.len()];
         let force = self.constraint_force(point);
         let (angles, signals) = (&point.angles[..], &[][..]); // as at the start
@@ -637,6 +640,7 @@ impl Experiment for Statics {
             .iter()
             .cloned()
             .chain(self.limits.warnings())
+            .chain(remarks_at(&self.beams, self.problem.configuration(), &self.assembly.warnings))
             .chain(stability)
             .collect()
     }

@@ -1,5 +1,5 @@
-//! How far an element stands for a beam whose stress-free shape is curved or twisted, along which
-//! bending and twist pass into one another.
+//! How far an element stands for a beam that is curved or twisted, without stress or by its loads,
+//! along which bending and twist pass into one another.
 //!
 //! ```text
 //! m' = −K×m,   so that the mean moments of a length have the compliance  S + (ℓ²/12) K̂ᵀSK̂
@@ -9,7 +9,7 @@
 //! The latter has the former to the order of `ℓ²`. At `x = 1/2` it is a sixth too soft, at `x = 2`
 //! it has no stiffness at all, beyond it is too stiff.
 //!
-//! Letters: `S` lower right block of `C⁻¹`, `K` stress-free curvature, `ℓ` length.
+//! Letters: `S` lower right block of `C⁻¹`, `K` curvature, `ℓ` length.
 //!
 //! Source: theory §6.16.
 #![allow(non_snake_case)] // K, S, L
@@ -43,17 +43,21 @@ impl CurvedElement {
     }
 }
 
-/// Of some elements with strains of order 4 the one with the largest `x`; `None` where all are
-/// straight, or of other strains.
+/// Of some elements with strains of order 4 the one with the largest `x`, with the stress-free
+/// curvature or that of a configuration; `None` where all are straight, or of other strains.
 #[must_use]
 pub fn most_coupled<'a>(
     elements: &Elements,
     own: impl IntoIterator<Item = &'a Element>,
+    q: Option<&[f64]>,
 ) -> Option<CurvedElement> {
     let own = own.into_iter().enumerate();
     let helicoidal = own.filter(|(_, own)| own.law.kind() == ElementKind::Helicoidal);
     let found = helicoidal.filter_map(|(element, own)| {
-        let K: Vector3<f64> = own.reference.fixed_rows::<3>(3).into();
+        let mut K: Vector3<f64> = own.reference.fixed_rows::<3>(3).into();
+        if let Some(q) = q {
+            K += own.strain(&own.coordinates(q)).fixed_rows::<3>(3);
+        }
         let coupling = coupling(&(own.length * K), elements.section(own))?;
         Some(CurvedElement { element, angle: own.length * K.norm(), coupling })
     });
@@ -85,12 +89,12 @@ mod tests {
             for (k, curvature) in curvatures.into_iter().enumerate() {
                 elements.set_reference(k, Strain::new(0.0, 0.0, 1.0, 0.0, curvature, 0.0));
             }
-            let found = most_coupled(&elements, elements.list()).unwrap();
+            let found = most_coupled(&elements, elements.list(), None).unwrap();
             assert_eq!(found.element, most, "{found:?}");
             assert!((found.angle - 0.8 * 0.9).abs() < 1e-15, "{found:?}");
         }
         (0..2).for_each(|k| elements.set_reference(k, Strain::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)));
-        assert_eq!(most_coupled(&elements, elements.list()), None);
+        assert_eq!(most_coupled(&elements, elements.list(), None), None);
     }
 
     /// An arc of a strip, a blade and an open section about one axis: the ratio of the stiffnesses

@@ -55,6 +55,7 @@ pub mod model;
 mod products;
 pub mod profile;
 pub mod rest;
+pub mod sagging;
 pub mod section;
 pub mod section_force;
 pub mod section_slopes;

@@ -9,7 +9,9 @@
 //! `K_0`. The prediction is exact where the stresses grow in proportion to the loads and the
 //! configuration hardly moves before it buckles; from a state nearer to the critical load it is
 //! better. The largest `|θ|` are found by subspace iteration with `K_0⁻¹K_1`, linear in the size of
-//! the system.
+//! the system. Where loads follow the motion `K_1` is not symmetric and `θ` are those of the pencil
+//! as it is, by orthogonal iteration: a real one is a load at which a neighbouring equilibrium
+//! appears, divergence. Where none is real there is flutter alone, which no stiffness shows.
 //!
 //! Source: theory §6.9; K.-J. Bathe, Finite Element Procedures (1996), §6.8.2, §11.6.
 #![allow(non_snake_case)] // K, X, Y, A
@@ -17,7 +19,7 @@
 use crate::lowest::{Pencil, congruence, orthonormal, product};
 use crate::modes::ModeError;
 use crate::problem::StaticProblem;
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{Complex, DMatrix, SVD, Schur, SymmetricEigen};
 use vi_core::newton::Fault;
 use vi_core::sparse::SparseMatrix;
 
@@ -29,6 +31,13 @@ const SETTLED: f64 = 1e-12;
 const ROUNDING: f64 = 1e-9;
 /// Asymmetry of the stiffness among the shapes, beside 1, above which loads have no potential.
 const SYMMETRIC: f64 = 1e-6;
+
+/// Imaginary part of a real `θ`, beside it: those of a pair that meets part by the root of rounding.
+const REAL: f64 = 1e-6;
+/// Residual of a shape beside it.
+const HOLDS: f64 = 1e-6;
+/// Steps of the QR algorithm.
+const SCHUR_STEPS: usize = 10_000;
 
 /// Why there are no critical loads.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -43,10 +52,10 @@ pub enum BucklingError {
     /// Some direction has no stiffness.
     #[error("a direction has no stiffness in the state: there is no load at which it loses it")]
     Neutral,
-    /// Loads follow the motion so that they have no potential.
+    /// Loads follow the motion so that they have no potential, and none is one of divergence.
     #[error(
-        "the loads have no potential: the stiffness is not symmetric by {0:.1e} of its size; they may excite \
-         flutter, which no critical load of a stiffness shows"
+        "the loads have no potential, and no multiple of them takes the stiffness away: it is not symmetric by \
+         {0:.1e} of its size, and its load factors are not real; what they may excite is flutter"
     )]
     NoPotential(f64),
     /// No load of the path changes the stiffness.
@@ -83,6 +92,9 @@ pub struct Buckling {
     pub reversed: Option<f64>,
     /// `|x + λ K_0⁻¹K_1 x|/|x|`, the largest.
     pub residual: f64,
+    /// By how much the stiffness among the shapes is not symmetric, as a part of its size, where
+    /// loads have no potential; otherwise zero.
+    pub asymmetry: f64,
 }
 
 impl StaticProblem {
@@ -124,12 +136,28 @@ impl StaticProblem {
         found: &Subspace,
         count: usize,
     ) -> Result<Buckling, BucklingError> {
-        let Subspace { theta, X } = found;
+        let X = &found.X;
         let skew = [&pencil.matrices.K, K_1].map(|A| congruence(A, X)).map(|A| &A - A.transpose());
         let asymmetry = skew[0].amax().max(skew[1].amax() / found.largest());
         if asymmetry > SYMMETRIC {
-            return Err(BucklingError::NoPotential(asymmetry));
+            let real = divergence(pencil, K_1, X.ncols())?;
+            if !real.theta.iter().any(|theta| *theta > 0.0) {
+                return Err(BucklingError::NoPotential(asymmetry));
+            }
+            return self.listed(pencil, K_1, &real, (count, asymmetry));
         }
+        self.listed(pencil, K_1, found, (count, 0.0))
+    }
+
+    /// The lowest loads of real `θ`.
+    fn listed(
+        &mut self,
+        pencil: &mut Pencil,
+        K_1: &SparseMatrix,
+        found: &Subspace,
+        (count, asymmetry): (usize, f64),
+    ) -> Result<Buckling, BucklingError> {
+        let Subspace { theta, X } = found;
         let small = found.rounding();
         let mut order: Vec<usize> = (0..theta.len()).filter(|&k| theta[k] > small).collect();
         order.sort_by(|&i, &j| theta[j].total_cmp(&theta[i]));
@@ -145,7 +173,8 @@ impl StaticProblem {
             residual = residual.max(off.norm() / chosen.column(k).norm());
         }
         let critical = order.iter().map(|&k| t + 1.0 / theta[k]).collect();
-        Ok(Buckling { critical, shapes: self.work.velocities(&chosen), reversed, residual })
+        let shapes = self.work.velocities(&chosen);
+        Ok(Buckling { critical, shapes, reversed, residual, asymmetry })
     }
 }
 
@@ -158,6 +187,19 @@ struct Subspace {
 impl Subspace {
     fn largest(&self) -> f64 {
         self.theta.iter().fold(0.0, |largest: f64, theta| largest.max(theta.abs()))
+    }
+
+    /// Those of which `−K_0⁻¹K_1 x = θ x` holds.
+    fn settled(self, pencil: &mut Pencil, K_1: &SparseMatrix) -> Result<Self, BucklingError> {
+        let Self { theta, X } = self;
+        let mapped = pencil.solve(&product(K_1, &X))?;
+        let holds = |k: &usize| {
+            let off = X.column(*k) + mapped.column(*k) / theta[*k];
+            off.norm() <= HOLDS * X.column(*k).norm()
+        };
+        let own: Vec<usize> = (0..theta.len()).filter(holds).collect();
+        let kept = DMatrix::from_fn(X.nrows(), own.len(), |i, k| X[(i, own[k])]);
+        Ok(Self { theta: own.iter().map(|&k| theta[k]).collect(), X: kept })
     }
 
     /// The size of `θ` that rounding may cause.
@@ -206,4 +248,61 @@ fn subspace(
         }
     }
     Ok(Subspace { theta: last, X })
+}
+
+/// The real `θ` among the largest of `−K_1 x = θ K_0 x` that is not symmetric, and their `x`: an
+/// orthogonal iteration until the larger half has settled.
+fn divergence(
+    pencil: &mut Pencil,
+    K_1: &SparseMatrix,
+    block: usize,
+) -> Result<Subspace, BucklingError> {
+    let d = K_1.shape().0;
+    let none = DMatrix::zeros(d, 0);
+    let begin = DMatrix::from_fn(d, block, |i, k| {
+        (1.0 + (i * (block + 1) + k) as f64).sqrt().fract() - 0.5
+    });
+    let mut Z = pencil.solve(&begin)?;
+    let mut last: Vec<Complex<f64>> = Vec::new();
+    let mut iteration = 0;
+    loop {
+        let Y = orthonormal(&pencil.matrices.K, &none, Z.column_iter().map(|z| z.into_owned()));
+        let H = -congruence(K_1, &Y);
+        let schur = Schur::try_new(H.clone(), f64::EPSILON, SCHUR_STEPS);
+        let schur = schur.ok_or(BucklingError::NotFound(ModeError::NotFinite))?;
+        let mut values: Vec<Complex<f64>> = schur.complex_eigenvalues().iter().copied().collect();
+        values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
+        let pairs = values.iter().zip(&last).take(values.len().div_ceil(2));
+        let size = values.first().map_or(0.0, |own| own.norm());
+        let settled = last.len() == values.len()
+            && pairs.into_iter().all(|(a, b)| (a - b).norm() <= SETTLED * size);
+        (last, iteration) = (values, iteration + 1);
+        if settled || iteration == ITERATIONS {
+            let found = real_part(&H, &Y, &last);
+            return found.settled(pencil, K_1);
+        }
+        Z = pencil.solve(&product(K_1, &Y))?;
+    }
+}
+
+/// The real ones of the larger half of the eigenvalues of `H`, with `Y` times their vectors.
+fn real_part(H: &DMatrix<f64>, Y: &DMatrix<f64>, values: &[Complex<f64>]) -> Subspace {
+    let size = values.first().map_or(0.0, |own| own.norm());
+    let is_real = |own: &&Complex<f64>| own.im.abs() <= REAL * own.norm();
+    // the smaller half has not settled, and is that of the elements
+    let larger = values.iter().take(values.len().div_ceil(2));
+    let real = larger.filter(is_real).filter(|own| own.norm() > ROUNDING * size);
+    let theta: Vec<f64> = real.map(|own| own.re).collect();
+    let mut X = DMatrix::zeros(Y.nrows(), theta.len());
+    for (k, own) in theta.iter().enumerate() {
+        // the vectors of one that is multiple are those of as many least singular values
+        let same = theta[..k].iter().filter(|other| (*other - own).abs() <= REAL * own.abs());
+        let shifted = H - DMatrix::from_diagonal_element(H.nrows(), H.ncols(), *own);
+        let SVD { v_t, singular_values, .. } = SVD::new(shifted, false, true);
+        let Some(v_t) = v_t else { continue };
+        let mut order: Vec<usize> = (0..singular_values.len()).collect();
+        order.sort_by(|&i, &j| singular_values[i].total_cmp(&singular_values[j]));
+        X.set_column(k, &(Y * v_t.row(order[same.count()]).transpose()));
+    }
+    Subspace { theta, X }
 }

@@ -25,6 +25,9 @@ const ROUNDING: f64 = 1e3 * f64::EPSILON;
 /// Degrees of freedom up to which an unsymmetric stiffness is judged.
 const DENSE: usize = 150;
 
+/// Part of `|λ|` from which an imaginary part is that of a vibration.
+const VIBRATES: f64 = 1e-6;
+
 /// The stiffness at an equilibrium.
 pub(crate) struct TangentStiffness {
     K: SparseMatrix,
@@ -92,6 +95,25 @@ impl StaticProblem {
         }
         let motions = Linearization::all(self).ok()?.vibrations().ok()?;
         Some(motions.count(MotionKind::Growth))
+    }
+
+    /// Whether what grows from the last equilibrium vibrates: flutter, by forces without a
+    /// potential. Where a motion grows without a vibration, too, it is divergence: a stiffness has
+    /// vanished. Of a large system as of one whose stiffness is symmetric.
+    pub fn flutters(&mut self) -> bool {
+        let Some(stiffness) = self.stiffness() else { return false };
+        if stiffness.is_symmetric() || stiffness.dof() > DENSE {
+            return false;
+        }
+        let motions = Linearization::all(self).ok().and_then(|linear| linear.vibrations().ok());
+        motions.is_some_and(|motions| {
+            let growing = motions.count(MotionKind::Growth);
+            let vibrates = |k| {
+                let value = motions.get(MotionKind::Growth, k).map(|own| own.value);
+                value.is_some_and(|value| value.im.abs() > VIBRATES * value.norm())
+            };
+            growing > 0 && (0..growing).all(vibrates)
+        })
     }
 
     /// At the last equilibrium; `None` in a steady rotation.

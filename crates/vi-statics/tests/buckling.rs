@@ -167,15 +167,27 @@ fn a_portal_frame_sways() {
     assert!(found.critical.iter().any(|p| relative(*p, x * x) < 1e-4), "{:?}", found.critical);
 }
 
-#[test]
-fn a_ring_under_dead_radial_loads_buckles() {
-    // radial loads that keep their direction: q = 4 EI/R³ (a fluid's pressure: 3, towards the
-    // centre: 4.5)
-    let elements = 32;
+/// Pressure on the nodes of an arc of radius 1 that follows their sections, per length 1.
+fn pressure(beam: &Beam, angle: f64, nodes: usize) -> Vec<Load> {
+    let share = angle / nodes as f64;
+    let all = beam.nodes.clone().take(nodes);
+    let own = |node| load(node, LoadKind::Follower, -share * Vector3::y(), Vector3::zeros());
+    all.map(own).collect()
+}
+
+/// An arc of radius 1 about z that stiffness keeps in its plane.
+fn arc(angle: f64, elements: usize) -> (BeamModel, Beam) {
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh =
-        Mesh::arc(Vector3::zeros(), Vector3::x(), Vector3::z(), TAU, elements, rule).unwrap();
-    let (mut model, beam) = with_beam(&mesh, section(1.0, 1e3, 1e3));
+    let mesh = Mesh::arc(Vector3::zeros(), Vector3::x(), Vector3::z(), angle, elements, rule);
+    with_beam(&mesh.unwrap(), section(1.0, 1e3, 1e3))
+}
+
+#[test]
+fn a_ring_under_radial_loads_buckles() {
+    // q = 4 EI/R³ of loads that keep their direction, 3 of a fluid's pressure (towards the centre:
+    // 4.5)
+    let elements = 32;
+    let (mut model, beam) = arc(TAU, elements);
     let (first, last) = (beam.nodes.start, beam.nodes.end - 1);
     let q = model.configuration();
     model.join(PairKind::Fixed, Some(first), last, &Vector3::x(), &Vector3::z());
@@ -191,10 +203,62 @@ fn a_ring_under_dead_radial_loads_buckles() {
         let node = beam.nodes.start + k;
         loads.push(dead(node, -share * center_of(&q, node)));
     }
-    let mut ring = problem(&model, loads);
-    let found = ring.buckling(1).unwrap();
-    println!("ring: {:?}", found.critical);
-    assert!(relative(found.critical[0], 4.0) < 5e-3, "{:?}", found.critical);
+    for (loads, exact) in [(loads, 4.0), (pressure(&beam, TAU, elements), 3.0)] {
+        let found = problem(&model, loads).buckling(1).unwrap();
+        println!("ring: {:?}, {exact}, {:.1e}", found.critical, found.asymmetry);
+        assert!(relative(found.critical[0], exact) < 5e-3, "{:?}", found.critical);
+    }
+}
+
+/// A fluid's pressure turns with the arch: its stiffness is symmetric but for the elements. Hinged:
+/// `q = (π²/α² − 1) EI/R³` of the opening `2α`; clamped: `k² − 1`, `k tan α cot kα = 1`
+/// (Timoshenko & Gere 1961, section 7.6).
+#[test]
+fn arches_under_pressure_that_follows_buckle_at_their_loads() {
+    for (opening, hinged, exact) in [(PI, true, 3.0), (PI, false, 8.0), (0.5 * PI, true, 15.0)] {
+        let elements = 16;
+        let (mut model, beam) = arc(opening, elements);
+        let q = model.configuration();
+        for node in [beam.nodes.start, beam.nodes.end - 1] {
+            if hinged {
+                let at = center_of(&q, node);
+                model.join(PairKind::Revolute, None, node, &at, &Vector3::z());
+            } else {
+                model.clamp(node);
+            }
+        }
+        let loads = pressure(&beam, opening, elements).split_off(1);
+        let found = problem(&model, loads).buckling(1).unwrap();
+        let (critical, off) = (found.critical[0], relative(found.critical[0], exact));
+        println!(
+            "arch of {opening}, hinged {hinged}: {critical}, off by {off:.1e}, {:.1e}",
+            found.asymmetry
+        );
+        assert!(off < 5e-3 && found.residual < 1e-6, "{critical} and {exact}, {}", found.residual);
+    }
+}
+
+/// A tip load of which the part `η` follows: `cos kL = η/(η − 1)`, `P = k² EI`; from one half on
+/// it diverges nowhere (Bolotin 1963, section 2).
+#[test]
+fn a_column_under_a_load_that_follows_in_part_diverges_at_its_load() {
+    for part in [0.1_f64, 0.3, 0.45, 0.6] {
+        let (mut model, beam) = with_beam(&straight(1.0, 16), section(1.0, 1e3, 1e3));
+        cantilever(&mut model, &beam);
+        let tip = beam.nodes.end - 1;
+        let own = load(tip, LoadKind::Follower, -part * Vector3::z(), Vector3::zeros());
+        let mut column = problem(&model, vec![own, dead(tip, -(1.0 - part) * Vector3::x())]);
+        let found = column.buckling(1);
+        if part > 0.5 {
+            let refused = found.unwrap_err();
+            assert!(matches!(refused, BucklingError::NoPotential(_)), "{refused:?}");
+            continue;
+        }
+        let (found, exact) = (found.unwrap(), (part / (part - 1.0)).acos().powi(2));
+        let (critical, off) = (found.critical[0], relative(found.critical[0], exact));
+        println!("part {part}: {critical}, off by {off:.1e}, {:.1e}", found.asymmetry);
+        assert!(off < 1e-3 && found.asymmetry > 1e-3, "{critical} and {exact}");
+    }
 }
 
 #[test]

@@ -402,6 +402,10 @@ impl<'a> Checker<'a> {
         let fitting = self.kinds.iter().filter(|(_, k)| sections.contains(k)).map(|(n, _)| *n);
         let candidates: Vec<&str> = fitting.chain(ground.then_some(GROUND)).collect();
         let help = match nearest(name, candidates.iter().copied()) {
+            _ if kind == Some("particle") && sections.contains(&"body") => format!(
+                "a particle has no rotation, and springs, bars and distances alone hold it: write `{name}` as a [[body]] \
+                 with its `mass` and `inertia = [J, J, J]`, that of a ball of the radius r J = 2/5 m r²"
+            ),
             Some(best) => format!("did you mean `{best}`?"),
             None if candidates.is_empty() => format!("add a [[{}]] first", sections[0]),
             None => format!("there are: {}", some(&candidates)),

@@ -223,7 +223,16 @@ impl Section {
             (Some(_), None) => "add a `material`, or state the numbers",
             _ => "state them, or give the section a `shape` and a `material`",
         };
-        Err(fault("", format!("the section lacks {}", missing.join(", ")), help))
+        let bends = missing.iter().any(|key| ["EI1", "EI2", "GJ"].contains(key));
+        let of_rope = self.ea.filter(|_| bends).map_or_else(String::new, |ea| {
+            format!(
+                "; of a rope that hardly bends EI1, EI2 and GJ are small and never 0: write 1e-6 EA ℓ² = {:e} ℓ² N m² for \
+                 each, ℓ the length of an element, m",
+                1e-6 * ea
+            )
+        });
+        let message = format!("the section lacks {}", missing.join(", "));
+        Err(fault("", message, help.to_owned() + &of_rope))
     }
 
     /// Stiffness and inertia as the elements use them.

@@ -2,11 +2,12 @@
 
 pub(crate) mod agreement;
 mod bar_loops;
-mod curved_elements;
+pub(crate) mod curved_elements;
 pub(crate) mod loops;
 pub(crate) mod measures;
 mod plausibility;
 mod section_centers;
+mod stiff_sections;
 
 pub use section_centers::SectionCenters;
 
@@ -341,7 +342,8 @@ pub(crate) fn counts(
     }
     let report =
         AssemblyReport { counts, redundant, closure, strains, ..AssemblyReport::default() };
-    let warnings = curved_elements::remarks(beams).collect();
+    let stiff = stiff_sections::remarks(beams);
+    let warnings = curved_elements::remarks(beams).chain(stiff).collect();
     AssemblyReport { element_kinds, warnings, ..report }
 }
 

@@ -6,6 +6,7 @@
 //! See [`mod@vi_statics::buckling`].
 
 use super::{About, BucklingFacts, Mode, ModeKind, ModesError, Place, Report, mode};
+use crate::assembly::curved_elements::remarks_at;
 use crate::experiment::Experiment as _;
 use crate::statics::Statics;
 use holonom_model::Model;
@@ -42,7 +43,8 @@ impl ModalAnalysis {
         let end = self.statics.end();
         let dof = self.statics.assembly().counts.dof;
         let problem = self.statics.problem();
-        let Buckling { critical, shapes, reversed, residual } = problem.buckling(count)?;
+        let found = problem.buckling(count)?;
+        let Buckling { critical, shapes, reversed, residual, asymmetry } = found;
         let (t, configuration) = (problem.factor(), problem.configuration().to_vec());
         let place = Place { members: self.statics.members(), q: &configuration };
         let shape = |(k, critical): (usize, &f64)| {
@@ -52,7 +54,14 @@ impl ModalAnalysis {
         };
         let near = critical.iter().take_while(|critical| critical.abs() < FARTHEST * end);
         let modes: Vec<Mode> = near.enumerate().map(shape).collect();
-        let mut warnings = Vec::new();
+        let mut warnings = remarks_at(self.statics.beams(), &configuration, &[]);
+        if asymmetry > 0.0 {
+            warnings.push(format!(
+                "the loads follow the motion and have no potential, the stiffness is not symmetric by {asymmetry:.1e} of its \
+                 size: these are the loads at which another equilibrium appears (divergence); flutter may come before, which \
+                 `holonom modes --at static` shows"
+            ));
+        }
         if modes.is_empty() {
             let beyond = match reversed {
                 Some(_) => "under the loads reversed alone",
@@ -69,6 +78,7 @@ impl ModalAnalysis {
             dof,
             unstable: 0,
             zero: 0,
+            round_off: 0.0,
             modes,
             residual,
             orthogonality: 0.0,

@@ -13,12 +13,14 @@
 mod buckling;
 mod campbell;
 mod report;
+mod rounding;
 
 pub use campbell::{Campbell, Speed};
 pub use report::{
     About, BucklingFacts, MemberShape, Mode, ModeKind, MotionReport, Report, RotationReport,
 };
 
+use crate::assembly::curved_elements::remarks_at;
 use crate::digits::rounded;
 use crate::experiment::Experiment as _;
 use crate::run::outcome::RunFailure;
@@ -27,6 +29,7 @@ use crate::statics::{InOwnRotation, Statics, refuse_rolling, refuse_states};
 use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
+use rounding::Rounding;
 use vi_statics::modes::{ModeError, Modes};
 use vi_statics::{
     BucklingError, Linearization, MotionKind, RotationError, SteadyMotion, SteadyMotionError,
@@ -216,6 +219,8 @@ impl ModalAnalysis {
             return Err(ModesError::Nothing(found.dof));
         }
         let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
+        let rounding = Rounding::of(&found);
+        let coarse = remarks_at(self.statics.beams(), &configuration, &[]);
         Ok(Report {
             model: self.name.clone(),
             about: self.about,
@@ -225,6 +230,7 @@ impl ModalAnalysis {
             dof: found.dof,
             unstable,
             zero: count(MotionKind::Rigid, Modes::is_zero),
+            round_off: rounding.below,
             modes: list.into_iter().map(|(mode, _)| mode).collect(),
             residual,
             orthogonality: found.orthogonality,
@@ -234,6 +240,8 @@ impl ModalAnalysis {
                 .iter()
                 .cloned()
                 .chain(warnings(found.dof, [found.unbalanced, found.applied, found.round_off]))
+                .chain(coarse)
+                .chain(rounding.warning(residual))
                 .collect(),
             buckling: None,
             configuration,
@@ -279,6 +287,7 @@ impl ModalAnalysis {
             dof: found.dof(),
             unstable: found.count(MotionKind::Growth),
             zero: found.count(MotionKind::Rigid),
+            round_off: 0.0,
             residual: list.iter().map(|(_, residual)| *residual).fold(0.0, f64::max),
             modes: list.into_iter().map(|(mode, _)| mode).collect(),
             orthogonality: 0.0,

@@ -62,6 +62,10 @@ fn is_zero(x: &[f64; 3]) -> bool {
     x.iter().all(|x| *x == 0.0)
 }
 
+fn is_nothing(x: &f64) -> bool {
+    *x == 0.0
+}
+
 /// A mode.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Mode {
@@ -140,6 +144,10 @@ pub struct Report {
     pub unstable: usize,
     /// Modes without stiffness.
     pub zero: usize,
+    /// Hz below which modes of `zero` may vibrate without being told from those without stiffness,
+    /// where that is not small beside the slowest vibration; otherwise 0.
+    #[serde(default, skip_serializing_if = "is_nothing")]
+    pub round_off: f64,
     /// Softest first: all unstable ones, all without stiffness, vibrations and decays as asked for.
     pub modes: Vec<Mode>,
     /// `max |Kx − ω²Mx|`, with damping and gyroscopic terms `max |(λ²M + λC + K)x|`, relative to

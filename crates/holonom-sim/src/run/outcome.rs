@@ -80,16 +80,28 @@ pub enum CriticalPoint {
     Limit,
     /// Another branch leaves the path, and the load goes on.
     Bifurcation,
+    /// Two vibrations come to one frequency, and one of them grows: no equilibrium is beside the
+    /// path.
+    Flutter,
 }
 
 impl StaticFacts {
+    /// Whether the path has turned unstable.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.lost_stability.is_some()
+    }
+
     /// Takes up the next equilibrium of the path.
-    pub(crate) fn follow_stability(&mut self, t: f64, unstable: Option<usize>) {
+    pub(crate) fn follow_stability(&mut self, t: f64, unstable: Option<usize>, flutters: bool) {
         let directions = unstable.unwrap_or(0);
         self.unstable += u64::from(directions > 0);
         self.unjudged += u64::from(unstable.is_none());
         if directions > 0 && self.lost_stability.is_none() {
-            let point = self.last_time.map(|_| CriticalPoint::Bifurcation);
+            let passed = match flutters {
+                true => CriticalPoint::Flutter,
+                false => CriticalPoint::Bifurcation,
+            };
+            let point = self.last_time.map(|_| passed);
             let after = self.last_time;
             self.lost_stability = Some(LostStability { after, at: t, directions, point });
         }
@@ -97,7 +109,7 @@ impl StaticFacts {
         if let Some(lost) = &mut self.lost_stability {
             let here = self.last_time.is_some_and(|last| t < last)
                 && (Some(lost.at) == Some(t) || self.last_time == Some(lost.at));
-            if here && lost.point.is_some() {
+            if here && lost.point == Some(CriticalPoint::Bifurcation) {
                 lost.point = Some(CriticalPoint::Limit);
             }
         }
@@ -130,6 +142,14 @@ impl StaticFacts {
         let ways =
             if directions == 1 { "one direction" } else { &format!("{directions} directions") };
         let at = twelve_digits(at);
+        if let (Some(CriticalPoint::Flutter), Some(after)) = (point, after) {
+            let after = twelve_digits(after);
+            return Some(format!(
+                "between t = {after} and t = {at} the equilibrium turns unstable by flutter: two vibrations come to one \
+                 frequency and grow by forces without a potential, while no stiffness vanishes and no other branch is near; \
+                 beyond it the real system oscillates about this path, which a run in time shows"
+            ));
+        }
         Some(match after {
             Some(after) => format!(
                 "between t = {} and t = {at} the equilibrium turns unstable, in {ways}: {}",

@@ -66,9 +66,19 @@ impl Simulation {
         };
         let resolved = resolved.map(|(words, _)| words);
         let remedy = resolved.unwrap_or_else(|| error.remedy().to_owned())
+            + &self.taut(error)
             + &self.dead_end(error)
             + &self.jumping(error);
         RunFailure { step, t, message: format!("{error}{place}"), remedy }
+    }
+
+    /// What bounds of the tension may have to do with a step that was not found.
+    fn taut(&self, error: &StepError) -> String {
+        let step = self.stepper.place().0;
+        match (&self.taut, self.stepper.tension_raised(), error) {
+            (Some(taut), Some(_), StepError::Newton(_)) => taut.remedy(step),
+            _ => String::new(),
+        }
     }
 
     /// A wheel that is nearly flat, or that turns too far, where a step could not be taken.

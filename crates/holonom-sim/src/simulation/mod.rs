@@ -22,6 +22,7 @@ mod measured;
 pub mod members;
 mod nodes;
 mod resolved;
+mod taut;
 
 pub use crate::assembly::measures::Measures;
 pub use crate::assembly::{AssemblyReport, Closure, SectionCenters, StrainVariant};
@@ -30,6 +31,7 @@ pub use crate::run::outcome::{RunFailure, RunOutcome};
 
 use crate::assembly;
 use crate::assembly::agreement;
+use crate::assembly::curved_elements::remarks_at;
 use crate::assembly::loops::LoopResiduals;
 use crate::dynamics::Dynamics;
 use crate::event::Events;
@@ -61,6 +63,7 @@ use holonom_model::{Columns, Family, Model, ModelError, Settings};
 use measured::Measured;
 use std::io;
 use std::time::Duration;
+use taut::TautBeams;
 pub use vi_constraints::integrator::ResumeError;
 use vi_constraints::integrator::{StepReport, When};
 use vi_constraints::scheme::{Condition, StepError};
@@ -100,6 +103,7 @@ pub struct Simulation {
     velocity: Vec<f64>,                      // n  of the node that was sensed last
     reading: Reading,
     recording: Duration, // of all nodes read and handed out
+    taut: Option<Box<TautBeams>>,
 }
 
 impl std::fmt::Debug for Simulation {
@@ -179,6 +183,8 @@ impl Simulation {
         let (stated, start) = (&stated, &start);
         let begun = Begun { model, stated, start, stepper: &stepper, beams: &beams, mass };
         let mut assembly = begun.report(&limits);
+        let coarse = remarks_at(&beams, q, &assembly.warnings);
+        assembly.warnings.extend(coarse);
         assembly.warnings.extend(law::warnings(&laws));
         assembly.warnings.extend(signal::warnings(model));
         assembly.warnings.extend(bushing::warnings(model));
@@ -201,6 +207,7 @@ impl Simulation {
             }
         };
         let measured = Measured::new(sensors.measured());
+        let taut = TautBeams::of(model, &beams).map(Box::new);
         let mut simulation = Self {
             settings,
             assembly,
@@ -227,6 +234,7 @@ impl Simulation {
             velocity: Vec::new(),
             reading: Reading::default(),
             recording: Duration::ZERO,
+            taut,
         };
         simulation.contacts.begin(simulation.stepper.place().2);
         simulation.begin_events().map_err(failure::event_at_start)?;
@@ -275,11 +283,14 @@ impl Simulation {
         let known = self.assembly.warnings.iter().cloned();
         let locked = self.assembly.counts.dof == 0 && !self.mechanism().is_rheonomic();
         let energy = self.watch.warning().filter(|_| !locked);
+        let energy = energy.map(|warning| taut::of_energy(warning, self.taut.as_deref()));
         let found = self.limits.warnings().into_iter().chain(energy);
         let found = found.chain(self.rotation_warning());
         let divided = self.divided.warning().into_iter();
         let rolling = self.rolling.warnings(self.mechanism());
         let events = self.events.iter().flat_map(|events| events.warnings());
+        let coarse = remarks_at(&self.beams, self.stepper.place().2, &self.assembly.warnings);
+        let found = found.chain(coarse);
         known.chain(found).chain(divided).chain(rolling).chain(events).collect()
     }
 

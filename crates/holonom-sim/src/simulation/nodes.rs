@@ -1,6 +1,7 @@
 //! The nodes of a run, one after the other.
 
 use super::failure::bent_too_far;
+use super::taut::of_energy;
 use super::{DIVISIONS, RunFailure, RunOutcome, Simulation};
 use crate::sample::Sample;
 use crate::sensor::{View, Works};
@@ -350,7 +351,7 @@ impl Simulation {
         }
         self.read_sensors();
         let Self { stepper, sample, energies, watch, .. } = self;
-        let Self { rotation, loops, rolling, iterations, .. } = self;
+        let Self { rotation, loops, rolling, iterations, taut, .. } = self;
         let (at, mechanism) = (stepper.node(), stepper.mechanism());
         let (state, node) = (at.state, at.node);
         let Configuration { t, q, .. } = at.configuration();
@@ -360,7 +361,8 @@ impl Simulation {
         rolling.follow_node(mechanism, here, (at.force, kinetic), stepper.rows());
         energies.read(&at, &mut sample.energies);
         rotation.follow(t, &node.v);
-        sample.notice = watch.follow(&at, energies, &sample.energies);
+        let notice = watch.follow(&at, energies, &sample.energies);
+        sample.notice = notice.map(|own| of_energy(own, taut.as_deref()));
         (sample.step, sample.t) = (state.step, t);
         sample.q.clone_from(&state.q);
         sample.energy = node.discrete_energy.total();
