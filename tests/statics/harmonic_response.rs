@@ -306,8 +306,13 @@ fn what_has_no_response_says_why() {
         expected.iter().for_each(|word| assert!(text.contains(word), "{text}"));
     };
     let band = |input: &'static str| ["--input", input, "--band", "0:2:3"];
-    refused(CHAIN, &band("load.none"), 2, ["no load `none`", "load.NAME"]);
-    refused(CHAIN, &band("unbalance.c.z=1"), 2, ["node of a beam `c`", "unbalance.BODY.z=U"]);
+    refused(CHAIN, &band("load.none"), 2, ["no load `none`; there are: `push`", "load.NAME"]);
+    refused(
+        CHAIN,
+        &band("unbalance.c.z=1"),
+        2,
+        ["node of a beam `c`; there are: `a`, `b`", "unbalance.BODY.z=U"],
+    );
     refused(CHAIN, &band("bse.x"), 2, ["write load.NAME", "base.x"]);
     refused(CHAIN, &["--input", "base.x", "--band", "3:2:5"], 2, ["ends higher", "band"]);
     refused(

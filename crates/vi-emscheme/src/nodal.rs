@@ -25,8 +25,8 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
-use vi_core::linear::condition_number;
-use vi_core::newton::{Block, Fault, Newton, Precision, largest_rotation};
+use vi_core::linear::{condition_number, norm_inf};
+use vi_core::newton::{Block, BlockKind, Fault, Newton, Precision, largest_rotation};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -100,6 +100,12 @@ pub trait EmOperators<C>: Send {
     /// The Newton matrix of the last `solve`, dense.
     fn matrix(&self) -> DMatrix<f64>;
 }
+
+/// Relative size of corrections that the rounding of stiff elements leaves of soft ones.
+const FLOOR: f64 = 1e-5;
+/// Terms of a stress beside one entry of the matrix: the forms of both ends, their difference and
+/// the quotient of the discrete gradient.
+const TERMS: f64 = 4.0;
 
 /// The nodal form.
 #[derive(Debug)]
@@ -185,7 +191,33 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
     }
 
     fn precision(&self) -> Precision {
-        Precision { noise: self.operators.noise(), ..Precision::default() }
+        Precision { noise: self.operators.noise(), floor: FLOOR, ..Precision::default() }
+    }
+
+    /// A strain has the rounding `ε` however small it is: a stress that of its stiffness, and where
+    /// large ones cancel, as in a rope that snaps, no residual falls below.
+    fn equation_sizes(&mut self, _constraints: &C, _x: &[f64]) -> Option<Vec<f64>> {
+        let place = norm_inf(&self.balance.s.q1);
+        let mut sizes = vec![0.0; self.blocks().iter().map(|own| own.range.end).max()?];
+        for Block { kind, range, .. } in self.increments.blocks() {
+            let size = match kind {
+                BlockKind::Position => place,
+                BlockKind::Rotation => 1.0,
+                _ => 0.0,
+            };
+            sizes[range.clone()].fill(size);
+        }
+        let matrix = self.operators.matrix();
+        let row = |i| sizes.iter().enumerate().map(|(j, size)| matrix[(i, j)].abs() * size).sum();
+        let mut rows: Vec<f64> = (0..sizes.len()).map(row).collect();
+        // of a force or a moment all components: what cancels in one is not in its row
+        for block in self.increments.blocks() {
+            for own in rows[block.range.clone()].chunks_mut(3) {
+                let largest = TERMS * norm_inf(own);
+                own.fill(largest);
+            }
+        }
+        Some(rows)
     }
 
     /// Gaps of loops, and prescribed motions, beside momenta.

@@ -144,6 +144,11 @@ impl Excitation {
                     let first = frame(model, body).ok_or_else(|| ResponseError::NoSuch {
                         what: "body or node of a beam",
                         name: body.clone(),
+                        known: listed(model.bodies.iter().map(|body| body.name.clone()).chain(
+                            model.beams.iter().map(|beam| {
+                                format!("{0}.0 … {0}.{1}", beam.name, beam.node_count() - 1)
+                            }),
+                        )),
                     })?;
                     let next = |k: usize| first + (about.index() + k) % 3;
                     own.inertial[next(1)] += Complex::new(*unbalance, 0.0);
@@ -163,8 +168,11 @@ impl Excitation {
         let mut loaded = model.clone();
         loaded.loads.retain(|load| load.name == name);
         let load = loaded.loads.first_mut();
-        let load =
-            load.ok_or_else(|| ResponseError::NoSuch { what: "load", name: name.to_owned() })?;
+        let load = load.ok_or_else(|| ResponseError::NoSuch {
+            what: "load",
+            name: name.to_owned(),
+            known: listed(model.loads.iter().map(|load| load.name.clone())),
+        })?;
         load.history = History::Constant;
         let mut free = loaded.clone();
         free.loads.clear();
@@ -183,6 +191,17 @@ impl Excitation {
     /// The amplitudes at an angular frequency, N.
     pub(super) fn at(&self, omega: f64) -> Vec<Complex<f64>> {
         self.constant.iter().zip(&self.inertial).map(|(f, m)| f + m * (omega * omega)).collect()
+    }
+}
+
+/// Some names, in quotes.
+fn listed(names: impl Iterator<Item = String>) -> String {
+    const SHOWN: usize = 8;
+    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
+    match names.len() {
+        0 => "none".into(),
+        count if count > SHOWN => format!("{}, … ({count} in all)", names[..SHOWN].join(", ")),
+        _ => names.join(", "),
     }
 }
 

@@ -44,12 +44,14 @@ pub enum ResponseError {
     #[error(transparent)]
     Modes(#[from] ModesError),
     /// Nothing of this name.
-    #[error("there is no {what} `{name}`")]
+    #[error("there is no {what} `{name}`; there are: {known}")]
     NoSuch {
         /// What was sought.
         what: &'static str,
         /// Its name.
         name: String,
+        /// The names that there are.
+        known: String,
     },
     /// No sensor has an amplitude.
     #[error("no sensor of the model has an amplitude: there is nothing to tell")]

@@ -117,7 +117,8 @@ pub trait NewtonProblem {
     /// `|r_i| ≤ c ε Σ_j |K_ij| size_j` with a small `c`. Then `x` solves equations whose
     /// coefficients differ from these by their rounding, whatever the correction of multipliers.
     /// Asked only where residual or corrections have stopped to fall and no other unknown is
-    /// corrected by more than [`Precision::noise`]; may allocate.
+    /// corrected by more than [`Precision::noise`] or [`Precision::floor`], and after the last
+    /// iteration; may allocate.
     fn is_round_off(&mut self, _x: &[f64], _r: &[f64]) -> bool {
         false
     }
@@ -281,11 +282,12 @@ impl Newton {
             let limits = Limits::of(self.settings.tolerance, &problem.precision(), least_ratio);
             let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
-            let stopped = level >= LEVEL && self.is_round_off(problem, x);
+            let last = iteration >= self.settings.max_iterations;
+            let stopped = (level >= LEVEL || last) && self.is_round_off(problem, x);
             if is_reached || stopped {
                 break;
             }
-            if iteration >= self.settings.max_iterations {
+            if last {
                 return Err(self.not_converged(problem, iteration, size));
             }
         }
@@ -297,8 +299,9 @@ impl Newton {
     fn is_round_off(&self, problem: &mut impl NewtonProblem, x: &[f64]) -> bool {
         let blocks = problem.blocks().iter().enumerate();
         let blocks = blocks.filter(|(_, block)| block.kind != BlockKind::Multiplier);
-        let noise = problem.precision().noise;
-        largest(blocks, x, &self.dx).relative <= noise && problem.is_round_off(x, &self.r)
+        let Precision { noise, floor, .. } = problem.precision();
+        let small = largest(blocks, x, &self.dx).relative <= noise.max(floor);
+        small && problem.is_round_off(x, &self.r)
     }
 
     /// `dx ← K⁻¹ r`, `x ← x − dx`.

@@ -11,6 +11,10 @@ pub struct Precision {
     /// Relative size of the corrections that round-off alone may cause: more than 1e-9 where the
     /// problem is ill-conditioned.
     pub noise: f64,
+    /// Relative size of corrections up to which a residual that is round-off by
+    /// [`NewtonProblem::is_round_off`](super::NewtonProblem::is_round_off) ends a solve, where that
+    /// is more than `noise`: what is soft moves far for the rounding of what is stiff.
+    pub floor: f64,
     /// Parts of `ε` that may be left over: 1/4 is below the rounding of `x`; less takes half an
     /// iteration more, for who uses [`Newton::rounding_error`](super::Newton::rounding_error).
     pub resolution: f64,
@@ -41,6 +45,7 @@ impl Default for Precision {
     fn default() -> Self {
         Self {
             noise: 1e-9,
+            floor: 0.0,
             resolution: 0.25,
             closing_size: 0.0,
             turn: f64::INFINITY,
