@@ -31,6 +31,9 @@ pub struct Remembered {
     /// Whether it kept its place in the step from there.
     #[serde(default)]
     pub sticks: bool,
+    /// Whether it was closed there and its gap was held, not by an impact.
+    #[serde(default)]
+    pub kept: bool,
 }
 
 impl Remembered {

@@ -19,8 +19,11 @@ impl NodeImpulses {
         remembered.step = h;
         remembered.contacts.clear();
         let speeds = self.speeds();
-        for contact in &self.contacts {
-            let record = self.record(contact, (speeds, h));
+        for place in 0..self.contacts.len() {
+            let record = self.record(&self.contacts[place], (speeds, h));
+            let contact = &mut self.contacts[place];
+            contact.is_struck = contact.is_struck_by(&record, contact.rounding(speeds, h));
+            contact.leaves = contact.rests && self.lambda[contact.row] == 0.0;
             let impulse = match record.status {
                 ContactStatus::Impact => [0.0; 3],
                 _ => record.impulse,
@@ -37,7 +40,9 @@ impl NodeImpulses {
                 [0, 1, 2].map(|i| first[i] * contact.sigma[0] + second[i] * contact.sigma[1])
             });
             let (id, sticks) = (contact.id, record.status == ContactStatus::Stick);
-            remembered.contacts.push(Remembered { id, impulse, rate, slip, sticks });
+            let is_pressed = contact.law.restitution().is_some() && impulse[0] > 0.0;
+            let kept = is_pressed && contact.kind != Kind::Impact && contact.is_closed();
+            remembered.contacts.push(Remembered { id, impulse, rate, slip, sticks, kept });
             records.contacts.push(record);
         }
         let counts = &mut remembered.counts;
@@ -75,7 +80,7 @@ impl NodeImpulses {
             node_velocity.work(at, arrival, own, |own, work| {
                 (own.work_arriving, own.work_before) = (work, work);
             });
-            if hit > 0 {
+            if contacts.iter().any(|contact| contact.is_struck) {
                 add(node_velocity.find(at, arrival, [share_before, 1.0], own), up_to);
                 node_velocity.work(at, arrival, own, |own, work| own.work_before = work);
             } else {
@@ -107,7 +112,8 @@ impl NodeImpulses {
         let [before, after] = [&self.arrival, &self.plus].map(|all| of(all));
         let impulse = [0, 1, 2].map(|i| rest[i] + impact[i]);
         let work = (0..3).map(|i| 0.5 * impulse[i] * (before[i] + after[i])).sum();
-        let is_impact = contact.kind == Kind::Impact || impact[0] > 0.0 && rest[0] == 0.0;
+        let is_collision = impact[0] > 0.0 && rest[0] == 0.0 && !contact.rests;
+        let is_impact = contact.kind == Kind::Impact || is_collision;
         let turns = contact.turns || matches!(contact.course, Course::Reversing | Course::Struck);
         let status = if contact.is_idle(&impulse, &self.W, at.0) {
             ContactStatus::Open
@@ -135,5 +141,15 @@ impl NodeImpulses {
             work_before,
             work_arriving,
         }
+    }
+}
+
+impl Contact {
+    /// Whether its impulse changes velocities at once: of an impact, of what the step from the node
+    /// closes, and of what that closed before and is slowed without coming to rest.
+    fn is_struck_by(&self, record: &ContactRecord, rounding: f64) -> bool {
+        let is_slowed = !(self.may_depart || self.rests) && record.after[0] < -rounding;
+        let has_gap = self.law.restitution().is_some();
+        has_gap && (record.status == ContactStatus::Impact || is_slowed || !self.is_closed())
     }
 }

@@ -13,6 +13,7 @@
 
 use super::ContactFault;
 use super::delassus::Delassus;
+use super::holding::Holding;
 use super::islands::Islands;
 use super::node_law::{Contact, Drive, Kind, Rows};
 use super::unilateral::{ContactRows, Elements};
@@ -84,6 +85,8 @@ pub(super) struct ActiveRows {
     response: Vec<f64>, // m × m  W_s, where it is not W
     by_step: Vec<bool>, // m  whether the step drives a row, or the velocity at the node
     lambda: Vec<f64>,   // m  Λ of the last step
+    holding: Holding,   // k  −Λ_2 of what is kept
+    is_kept: bool,      // something is, beside an impact
     is_exact: bool,
     passes: usize,
     in_vain: usize,      // in a row that proximal steps violate the laws
@@ -270,6 +273,7 @@ impl ActiveRows {
         let places = islands.contacts(island);
         let mut count = 0;
         part_friction(contacts, W, places);
+        self.part_kept((contacts, W, places), (plus, lambda));
         for place in places {
             let contact = &mut contacts[*place];
             let first = contact.row;
@@ -278,7 +282,7 @@ impl ActiveRows {
             let diagonal = W.at(first, first);
             let (own, cone) = contact.equations(Rows { minus, plus, lambda, w: diagonal });
             self.drives.extend_from_slice(&own[..of.len()]);
-            let is_impact = contact.kind == Kind::Impact;
+            let is_impact = contact.kind != Kind::Position;
             let by_step = |row: usize| !(is_impact || row > first && contact.slides);
             self.by_step.extend(of.clone().map(by_step));
             if let Drive::Known(value) = own[0] {
@@ -312,6 +316,44 @@ impl ActiveRows {
             }
         }
         Ok(())
+    }
+
+    /// What the step from an impact adds to its velocities by the impulses of what is kept [N9].
+    fn part_kept(
+        &mut self,
+        (contacts, W, places): (&mut [Contact], &Delassus, &[usize]),
+        (plus, lambda): (&[f64], &[f64]),
+    ) {
+        let rests = |place: &usize| contacts[*place].rests;
+        self.is_kept = places.iter().any(rests) && has_impact(contacts, places);
+        if !self.is_kept {
+            return;
+        }
+        let holding = &mut self.holding;
+        holding.begin();
+        let mut own = places.iter().peekable();
+        for (k, contact) in contacts.iter().enumerate() {
+            let is_own = own.next_if(|place| **place == k).is_some();
+            let of = contact.row..contact.row + contact.law.rows();
+            for i in 0..of.len() {
+                holding.add(is_own && contact.rests_after(i, &lambda[of.clone()]), 0.0, W);
+            }
+        }
+        holding.hold(W, plus);
+        for place in places {
+            let contact = &mut contacts[*place];
+            let row = contact.row;
+            let velocities = contact.parted_velocity.iter_mut().take(contact.law.rows());
+            velocities.enumerate().for_each(|(i, own)| {
+                *own += W.product(row + i, |j| holding.part[j]);
+            });
+        }
+    }
+
+    /// Kinetic energy that the impulses of what is kept have after an impact, J.
+    pub(super) fn hidden(&self, plus: &[f64]) -> f64 {
+        let rows = self.all.iter().map(|row| -0.5 * self.holding.part[*row] * plus[*row]);
+        if self.is_kept { rows.sum() } else { 0.0 }
     }
 
     /// Solves the laws: of few rows exactly; of more ones so from the last impulses, first or where
@@ -518,9 +560,14 @@ impl ActiveRows {
     }
 }
 
+/// Whether one of these contacts is an impact.
+fn has_impact(contacts: &[Contact], places: &[usize]) -> bool {
+    places.iter().any(|place| contacts[*place].kind == Kind::Impact)
+}
+
 /// What dry friction of the steps beside an impact adds to its velocities [N7].
 fn part_friction(contacts: &mut [Contact], W: &Delassus, places: &[usize]) {
-    let is_hit = places.iter().any(|place| contacts[*place].kind == Kind::Impact);
+    let is_hit = has_impact(contacts, places);
     for place in places {
         let contact = &mut contacts[*place];
         contact.part(is_hit, W.at(contact.row, contact.row));

@@ -23,14 +23,11 @@ impl NodeImpulses {
         run: &mut Stepping<'_, S, C>,
         at: (SubStep, &State),
     ) -> Result<(), StepError> {
-        self.minus.copy_from_slice(&self.arrival);
-        self.impacts.fill(0.0);
+        self.begin_at_rest();
         self.is_guarded = false;
-        if !self.may_be_hit(|contact| !contact.was_closed) {
+        if !self.may_be_hit() {
             self.settle(elements, run, at)?;
-            if !self.would_bounce() {
-                return Ok(());
-            }
+            return self.settle_departures(elements, run, at);
         }
         self.find_hits(elements, run, at)?;
         let mut own = std::mem::take(&mut self.guarded);
@@ -57,19 +54,20 @@ impl NodeImpulses {
             *minus = arrival[i] + W.product(i, |j| impacts[j]);
         }
         self.contacts.iter_mut().for_each(|contact| contact.is_hit = false);
-        self.settle(elements, run, at)
+        self.settle(elements, run, at)?;
+        self.settle_departures(elements, run, at)
     }
 
     /// `Λ = (1 + e) Λ⁰` of the contacts of an island.
     fn collide_at_once(&mut self, elements: &Elements, own: &[usize]) -> Result<(), StepError> {
-        let Self { contacts, W, arrival, impacts, collision: problem, .. } = self;
+        let Self { contacts, W, minus, impacts, collision: problem, .. } = self;
         let of = || own.iter().map(|place| &contacts[*place]);
         let hit = of().filter(|contact| contact.is_hit);
         let e = hit.filter_map(|contact| contact.law.restitution()).fold(1.0, f64::min);
-        problem.open(of(), W, |i| arrival[i]);
+        problem.open(of(), W, |i| minus[i]);
         problem.solve(name(elements, &contacts[own[0]]))?;
         for (row, lambda) in problem.rows.iter().zip(&problem.lambda) {
-            impacts[*row] = (1.0 + e) * lambda;
+            impacts[*row] += (1.0 + e) * lambda;
         }
         Ok(())
     }
@@ -81,10 +79,10 @@ impl NodeImpulses {
         own: &[usize],
         h: f64,
     ) -> Result<(), StepError> {
-        let Self { contacts, W, arrival, impacts, plus, is_guarded, .. } = self;
+        let Self { contacts, W, minus, impacts, plus, is_guarded, .. } = self;
         let problem = &mut self.collision;
-        plus.copy_from_slice(arrival); // U
-        let speeds = norm_inf(arrival);
+        plus.copy_from_slice(minus); // U
+        let speeds = norm_inf(minus);
         for _ in 0..SEQUENCE {
             let approaches = |place: &&usize| {
                 plus[contacts[**place].row] < -contacts[**place].rounding(speeds, h)

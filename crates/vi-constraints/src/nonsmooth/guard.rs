@@ -135,17 +135,24 @@ impl NodeImpulses {
         outcome
     }
 
+    /// The part of the work of an island that the step from the node takes back, J.
+    fn hidden(&self, own: &[usize]) -> f64 {
+        let island = own.first().map(|place| self.islands.of(*place));
+        island.map_or(0.0, |island| self.problems[island].hidden(&self.plus))
+    }
+
     /// Reduces the restitution of an island, of these contacts, where it would gain energy.
     fn reduce(
         &mut self,
         own: &[usize],
         settle: &mut dyn FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<(), StepError> {
-        let (plain, rounding) = (self.work(own), self.work_size());
+        let work = |node: &Self| node.work(own) - node.hidden(own);
+        let (plain, rounding) = (work(self), self.work_size());
         reduced(plain, rounding, &mut |factor| {
             own.iter().for_each(|place| self.contacts[*place].reduction = factor);
             settle(self)?;
-            Ok(self.work(own))
+            Ok(work(self))
         })
     }
 }

@@ -13,7 +13,7 @@
 //! An island has one `e`, the smallest of what is hit. What sticks is thrown back across the
 //! normal, too. Sources: Moreau 1988; Glocker, Multibody Syst. Dyn. 29 (2013) 77.
 
-use super::node_law::{CLOSED, Contact};
+use super::node_law::Contact;
 use super::unilateral::ContactLaw;
 use super::{ContactFault, delassus::Delassus};
 use crate::scheme::StepError;
@@ -126,8 +126,7 @@ impl VelocityProblem {
 impl Contact {
     /// Whether it takes part in an impact.
     pub(super) fn may_collide(&self) -> bool {
-        !matches!(self.law, ContactLaw::Dry { .. })
-            && (self.is_hit || self.gap <= CLOSED * self.size)
+        !matches!(self.law, ContactLaw::Dry { .. }) && (self.is_hit || self.is_closed())
     }
 
     fn cone(&self) -> Cone {

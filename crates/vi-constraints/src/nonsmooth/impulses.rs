@@ -3,6 +3,7 @@
 
 use super::active_rows::ActiveRows;
 use super::delassus::Delassus;
+use super::holding::Holding;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
 use super::node_law::{CLOSED, Contact, Course, Kind, SlipSpeed};
@@ -25,7 +26,9 @@ pub(super) struct NodeImpulses {
     pub(super) p: Vec<f64>, // n
     pub(super) W: Delassus,
     pub(super) arrival: Vec<f64>, // k  U⁻
-    pub(super) impacts: Vec<f64>, // k  impulses of impacts before the step
+    pub(super) rested: Vec<f64>,  // k  Λ_1 of what is kept beside an impact
+    pub(super) needed: Vec<f64>,  // k  scratch: that holds what is kept
+    pub(super) impacts: Vec<f64>, // k  impulses before the step: those, and of impacts
     pub(super) minus: Vec<f64>,   // k  U⁻ after them
     pub(super) plus: Vec<f64>,    // k  U⁺
     pub(super) lambda: Vec<f64>,
@@ -42,6 +45,7 @@ pub(super) struct NodeImpulses {
     pub(super) islands: Islands,
     found: Vec<(ContactId, [f64; 3])>, // before the node was opened again
     pub(super) guarded: Vec<usize>,    // scratch: contacts of an island
+    pub(super) holding: Holding,       // scratch
     pub(super) node_velocity: NodeVelocity,
     pub(super) solved: u64, // steps for this node
     pub(super) length: f64, // of the last one, s
@@ -81,7 +85,8 @@ impl NodeImpulses {
         for &id in set {
             let element = elements[id.element as usize].as_ref();
             let known = state.contacts.find(id);
-            let contact = Contact::open((id, rows.len()), element, known, at);
+            let mut contact = Contact::open((id, rows.len()), element, known, at);
+            contact.is_kept &= state.contacts.step > 0.0; // not after an event
             element.rows(id.feature, at, rows);
             let impulse = known.map_or([0.0; 3], |known| known.impulse);
             lambda.extend_from_slice(&impulse[..contact.law.rows()]);
@@ -116,6 +121,7 @@ impl NodeImpulses {
             let count = islands.count().max(self.problems.len());
             self.problems.resize_with(count, ActiveRows::default);
         }
+        self.find_kept();
         Ok(())
     }
 
@@ -180,6 +186,7 @@ impl NodeImpulses {
             let reduction = if contact.is_plastic { 0.0 } else { 1.0 };
             (contact.slides, contact.kept, contact.reduction) = (false, false, reduction);
             (contact.is_hit, contact.holds, contact.caught) = (false, contact.held, false);
+            contact.departs = false;
         }
         self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = false);
     }
@@ -195,32 +202,19 @@ impl NodeImpulses {
         if self.impact_law != ImpactLaw::Newton {
             return self.solve_after_impacts(elements, run, (step, state));
         }
-        // what was closed before and stays so is settled by positions: a look at velocities tells
-        if self.may_be_hit(|contact| !contact.was_closed) {
+        if self.may_be_hit() {
             self.find_hits(elements, run, (step, state))?;
             self.settle_impacts(elements, run, (step, state))?;
         } else {
             self.settle(elements, run, (step, state))?;
-            if self.would_bounce() {
-                self.find_hits(elements, run, (step, state))?;
-                self.settle_impacts(elements, run, (step, state))?;
-            }
         }
+        self.settle_departures(elements, run, (step, state))?;
         self.guard(elements, run, (step, state))
     }
 
-    /// Whether a contact of these approaches and may bounce.
-    pub(super) fn may_be_hit(&self, of: impl Fn(&Contact) -> bool) -> bool {
-        let approaches = |own: &Contact| self.minus[own.row] < 0.0 && own.may_bounce();
-        self.contacts.iter().any(|own| of(own) && approaches(own))
-    }
-
-    /// Whether a contact that approaches leaves the node more slowly than its restitution says.
-    pub(super) fn would_bounce(&self) -> bool {
-        self.may_be_hit(|own| {
-            let restitution = own.law.restitution().unwrap_or(0.0);
-            self.plus[own.row] + restitution * self.minus[own.row] < own.gamma
-        })
+    /// Whether a contact approaches and may bounce.
+    pub(super) fn may_be_hit(&self) -> bool {
+        self.contacts.iter().any(|own| self.minus[own.row] < 0.0 && own.may_bounce())
     }
 
     /// Which contacts are hit: a step without impulses of contacts is taken where that matters.
@@ -296,7 +290,12 @@ impl Contact {
             turns: false,
             shift: [0.0; 2],
             is_new: known.is_none() && gap <= CLOSED * size,
-            was_closed: known.is_some_and(|known| known.impulse[0] > 0.0),
+            is_kept: known.is_some_and(|known| known.kept) && gap <= CLOSED * size,
+            is_struck: false,
+            leaves: false,
+            may_depart: false,
+            departs: false,
+            rests: false,
             held: known.is_some_and(|known| known.sticks),
             holds: false,
             caught: false,

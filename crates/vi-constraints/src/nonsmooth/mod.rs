@@ -17,6 +17,7 @@
 //! | `active_rows` | the laws of an island as one problem |
 //! | `delassus`, `groups` | `W` in sparse rows; the coordinates that impulses move together |
 //! | `response` | how the end of a step answers impulses, where springs and dampers are stiff |
+//! | `holding`, `kept` | impulses that hold rows; what is kept closed beside an impact |
 //! | `node_velocity` | the velocity of a node, to which its kinetic energy belongs |
 //! | `accepted` | the state after the step of a node, and what is recorded |
 //! | `impact_law`, `collisions` | impacts after Newton, after Moreau, or one after the other |
@@ -40,9 +41,11 @@ mod events;
 mod friction_iteration;
 mod groups;
 mod guard;
+mod holding;
 mod impact_law;
 mod impulses;
 mod islands;
+mod kept;
 mod mean_direction;
 mod named;
 mod node_law;

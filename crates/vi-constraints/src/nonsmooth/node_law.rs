@@ -5,19 +5,22 @@
 //! γ   = (g(q_{n+1}) − (1 − h/H) g(q_n))/h     where g(q_n) < 0, in a part of a step H
 //! ξ_N = γ                         kind p
 //! ξ_N = min(γ, U_N⁺ + e U_N⁻)     of a contact that is hit; kind e where the second is smaller [N4]
+//! ξ_N = min(γ, U_N⁺)              of one that was kept closed and leaves before it is at rest   [N8]
 //! b_n = ½(h_{n−1} + h_n) τ_c + μ r |h λ_⊥|                                                    [N5]
 //! Λ   = −b (s_0 + s_1)/(|s_0| + |s_1|)    where other forces drive the rate through zero      [N6]
 //! ```
 //! A contact is hit when `U_N⁻ < 0`, `e > 0` and a step without impulses of contacts would end with
 //! `γ < 0`; also where it would not, if the contact has closed at this node: it would be passed and
 //! left again within the step. At rest under a load `U⁻ = −ha/2`, and `γ = 0` asks for `U⁺ = ha/2 ≥
-//! −e U⁻`: no threshold of velocity is needed.
+//! −e U⁻`: no threshold of velocity is needed. Where the step from the node is shorter than the one
+//! before it is: what was kept closed over a step is not hit, whatever its `U⁻`.
 //!
 //! | state | `ξ_T` | |
 //! |---|---|---|
 //! | rest, start, stop | `σ`, the slip of the step | kind p |
 //! | steady slip | `U_T⁺ + U_T⁻` | kind p, where it cannot stop in this step |
 //! | impact | `U_T⁺ + e_T U_T⁻` | kind e |
+//! | departure | `U_T⁺` | [N8], where the second part is smaller |
 //!
 //! [N6]: `s_0` is the rate in the step before, `s_1` that in the present one. The impulse
 //! `H = −(s_1 − W_ii Λ_i − s_0)/W_ii` would hold the rate; where `|H| > b`, `s_0 H > 0` and
@@ -63,6 +66,8 @@ pub(super) enum Kind {
     Position,
     /// By the velocity after an impact.
     Impact,
+    /// By the velocity with which what was kept closed leaves.
+    Departure,
 }
 
 /// How dry friction of a coordinate is solved.
@@ -96,7 +101,12 @@ pub(super) struct Contact {
     pub(super) turns: bool,                   // it slides in the mean direction from s_0
     pub(super) shift: [f64; 2],               // that ξ_T is asked for without
     pub(super) is_new: bool,                  // closed, and no contact of the node before
-    pub(super) was_closed: bool,              // at the node before, without an impact
+    pub(super) is_kept: bool,                 // closed from the node before to this one
+    pub(super) is_struck: bool,               // its impulse acts at once, in the node accepted last
+    pub(super) leaves: bool,                  // by an impact beside it
+    pub(super) may_depart: bool, // nothing else is closed or closes beside what is kept
+    pub(super) departs: bool,    // it leaves from rest, if it leaves
+    pub(super) rests: bool,      // beside an impact
     pub(super) is_hit: bool,
     pub(super) reduction: f64,            // η of the energy guard
     pub(super) is_plastic: bool,          // no impulses obey the restitution of its island
@@ -148,9 +158,15 @@ pub(super) struct Rows<'a> {
 }
 
 impl Contact {
+    /// Whether its gap counts as closed at the node.
+    pub(super) fn is_closed(&self) -> bool {
+        self.gap <= CLOSED * self.size
+    }
+
     /// Whether it may be hit, if it approaches.
     pub(super) fn may_bounce(&self) -> bool {
-        self.law.restitution().is_some_and(|restitution| restitution > 0.0 || self.is_new)
+        let may = |restitution| restitution > 0.0 || self.is_new;
+        !self.is_kept && self.law.restitution().is_some_and(may)
     }
 
     /// The gap that it may end with in this part of a whole step. Where another feature of a pair
@@ -206,6 +222,7 @@ impl Contact {
                             + self.reduction * tangential_restitution * rows.minus[1 + i]
                             + self.parted_velocity[1 + i]
                     }
+                    Kind::Departure => rows.plus[1 + i],
                     Kind::Position if self.slides => rows.plus[1 + i] + rows.minus[1 + i],
                     Kind::Position => self.sigma[i] - self.shift[i],
                 });
@@ -259,6 +276,9 @@ impl Contact {
                 xi = velocity;
             }
             self.changes += usize::from(self.kind != before);
+        } else if self.departs && rows.plus[0] < xi {
+            self.kind = Kind::Departure;
+            xi = rows.plus[0];
         }
         xi
     }
