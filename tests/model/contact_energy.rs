@@ -185,8 +185,8 @@ fn what_a_spring_lifts_leaves_from_rest() {
     }
 }
 
-/// A ball on a mass that a spring holds, and two rods with a stiff hinge between them on a stop: what
-/// they touch is pressed and left, and never gives more than it took.
+/// A ball on a mass that a spring holds, and two rods with a stiff hinge between them on a stop:
+/// what they touch is pressed and left, and never gives more than it took.
 #[test]
 fn what_a_stiff_spring_carries_gains_nothing_from_touches() {
     for stiffness in ["1e3", "1e5", "1e8"] {

@@ -158,8 +158,8 @@ impl Program {
         self.values(py, &x, count, |own, out| own.hessian(factor, lambda, out))
     }
 
-    /// An iteration: its number; cost, infeasibility, stationarity, barrier, step, shift. Whether to
-    /// go on. One that was told before is told anew.
+    /// An iteration: its number; cost, infeasibility, stationarity, barrier, step, shift. Whether
+    /// to go on. One that was told before is told anew.
     fn tell(&self, iteration: usize, numbers: [f64; 6]) -> bool {
         let [cost, infeasibility, stationarity, barrier, step, shift] = numbers;
         let iterate =

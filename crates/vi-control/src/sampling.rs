@@ -5,8 +5,8 @@
 //! y⁻ = S_zᵀ y⁺,   (a, b) += (∂y/∂(q, p̄))ᵀ S_yᵀ y⁺,   dJ/dθ += y⁺·S_θ                        [2.70]
 //! δz⁺ = S_y δy + S_z δz⁻ + S_θ δθ
 //! ```
-//! `y⁺`, `y⁻`: costates of the internal variables after and before. A node is sampled after the step
-//! that ends there, and a step starts with what is held then.
+//! `y⁺`, `y⁻`: costates of the internal variables after and before. A node is sampled after the
+//! step that ends there, and a step starts with what is held then.
 
 use crate::node::{Node, NodeQuantity, Slopes};
 use crate::objective::{ByKnown, Known};

@@ -32,7 +32,7 @@ const ROUNDING: f64 = 1e-9;
 /// Asymmetry of the stiffness among the shapes, beside 1, above which loads have no potential.
 const SYMMETRIC: f64 = 1e-6;
 
-/// Imaginary part of a real `θ`, beside it: those of a pair that meets part by the root of rounding.
+/// Imaginary part of a real `θ`, beside it: a pair that meets parts by the root of rounding.
 const REAL: f64 = 1e-6;
 /// Residual of a shape beside it.
 const HOLDS: f64 = 1e-6;

@@ -8,8 +8,8 @@
 //! ```
 //! What rests has fallen for half a step in `p̄_n`, and rises for half of one after the node. An
 //! impact lies between the two: it meets what rests at rest, and leaves it at rest. `Λ_1` is an
-//! impulse before the impact, and `U⁻` of the laws has it; `Λ_2` follows from the last step that was
-//! solved. What leaves in an impact has `Λ_2 = 0`, and takes nothing of `Λ_1` along.
+//! impulse before the impact, and `U⁻` of the laws has it; `Λ_2` follows from the step that was
+//! solved last. What leaves in an impact has `Λ_2 = 0`, and takes nothing of `Λ_1` along.
 //!
 //! Where nothing is hit, what leaves does so from rest, too, by its law [N8].
 //!

@@ -69,8 +69,8 @@ impl SignalTangent {
         Self { sampled, ..self }
     }
 
-    /// `S_θ` of what is sampled into a place at a node with the velocity `v`, as of the parameter of
-    /// this number; `held`: internal variables of signals at present.
+    /// `S_θ` of what is sampled into a place at a node with the velocity `v`, as of the parameter
+    /// of this number; `held`: internal variables of signals at present.
     #[must_use]
     pub fn of_sample(
         &self,
