@@ -44,7 +44,8 @@ fn gradients_by_parameters_of_expressions_agree_with_differences() {
         BODIES.replace("axis = [0.1, 1.0, 0.2]", &format!("axis = [0.1, 1.0, 0.2]\n{motor}"));
     let path = "[[constraint]]\nname = \"m\"\ntype = \"motion\"\njoint = \"elbow\"\npath = \"0.1*k*(1 - cos(w*t)) + c*t^3\"";
     let mut all = vec![("a motor", driven), ("a motion", format!("{BODIES}{path}"))];
-    for (what, more, _) in CASES {
+    // these steps refuse delays
+    for (what, more, _) in CASES.into_iter().filter(|own| !own.1.contains("delay")) {
         all.push((what, format!("{BODIES}{FREE}{}", more.replace('\'', "\""))));
     }
     for (what, text) in all {
