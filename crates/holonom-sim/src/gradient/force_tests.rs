@@ -139,7 +139,7 @@ pub(super) fn refusal(text: &str) -> String {
 }
 
 /// A hanging rod that a controller pushes, whose derivative rests at its error.
-const AT_REST: &str = r#"
+pub(super) const AT_REST: &str = r#"
 [model]
 name = "hangs"
 gravity = [0.0, 0.0, -9.81]

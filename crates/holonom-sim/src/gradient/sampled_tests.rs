@@ -2,7 +2,7 @@
 
 use super::comparison::{PATH, Seen, Worst, seen, sensing};
 use super::force_models::{held, without_controls, without_objectives};
-use super::force_tests::{by, refusal, same_bits_with_checkpoints};
+use super::force_tests::{AT_REST, by, refusal, same_bits_with_checkpoints};
 use super::tests::LINKAGE;
 
 /// Of derivatives and differences, and of forward and backward.
@@ -113,85 +113,29 @@ fn a_sampled_controller_of_a_loop_agrees_with_differences() {
 /// Sub-steps of a composition hold what is sampled at nodes of whole steps.
 #[test]
 fn sampled_signals_in_compositions_agree_with_differences() {
-    let text = r#"
-[model]
-name = "swings"
-gravity = [0.0, 0.0, -9.81]
-[simulation]
-step = 0.01
-end = 0.2
-order = 4
-[parameters]
-c = 0.4
-[[body]]
-name = "lower"
-position = [0.3, 0.0, -0.4]
-mass = "= 1 + c"
-inertia = [0.1, 0.1, 0.01]
-[[joint]]
-name = "slide"
-type = "revolute"
-parent = "ground"
-child = "lower"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-rate = 0.7
-[[signal]]
-name = "s"
-every = 0.02
-value = "0.5*last + 4*c*slide - slide.rate"
-[[law]]
-name = "pushes"
-joint = "slide"
-effort = "s - c*x"
-"#;
+    let (pid, law) = (AT_REST.find("pid").unwrap(), AT_REST.find("\n[[law]]").unwrap());
+    let value = "every = 0.02\nvalue = \"0.5*last + 4*c*slide - slide.rate\"";
+    let text = by(&format!("{}{value}{}", &AT_REST[..pid], &AT_REST[law..]), "order = 4\n");
+    let text = text.replace("mass = 1.0", "mass = \"= 1 + c\"");
+    let text = text.replace("axis = [0.0, 1.0, 0.0]", "axis = [0.0, 1.0, 0.0]\nrate = 0.7");
+    let text = text.replace("effort = \"s\"", "effort = \"s - c*x\"");
     let place = |at| Seen::new("type = \"position\"\nof = \"lower\"\n", "x", at);
     let rate = |at| Seen::new("type = \"joint_rate\"\nof = \"slide\"\n", "", at);
-    Worst::default().compare_all(text, &[place(""), rate(""), rate(PATH)], WITHIN);
+    Worst::default().compare_all(&text, &[place(""), rate(""), rate(PATH)], WITHIN);
 }
 
 /// At a start that is relaxed, what is sampled begins with what is read there.
 #[test]
 fn sampled_signals_at_a_relaxed_start_agree_with_differences() {
-    let text = r#"
-[model]
-name = "hangs"
-gravity = [0.0, 0.0, -9.81]
-[simulation]
-step = 0.01
-end = 0.1
-start = "relaxed"
-[parameters]
-c = 0.4
-[[body]]
-name = "lower"
-position = [0.0, 0.0, -0.5]
-mass = 1.0
-inertia = [0.1, 0.1, 0.01]
-[[joint]]
-name = "slide"
-type = "revolute"
-parent = "ground"
-child = "lower"
-position = [0.0, 0.0, 0.0]
-axis = [0.0, 1.0, 0.0]
-spring = { stiffness = "= 3*c", rest = 0.4 }
-[[signal]]
-name = "s"
-every = 0.02
-pid = { of = "c - slide", proportional = "= 4*c", derivative = "= 0.3*c", filter = "= 0.1*c" }
-[[signal]]
-name = "late"
-delay = { of = "c*slide", time = 0.025 }
-[[law]]
-name = "pushes"
-joint = "slide"
-effort = "s + late"
-"#;
+    let spring = "axis = [0.0, 1.0, 0.0]\nspring = { stiffness = \"= 3*c\", rest = 0.4 }";
+    let late = "[[signal]]\nname = \"late\"\ndelay = { of = \"c*slide\", time = 0.025 }\n[[law]]";
+    let text = by(AT_REST, "start = \"relaxed\"\n").replace("axis = [0.0, 1.0, 0.0]", spring);
+    let text = text.replace("pid = {", "every = 0.02\npid = {").replace("[[law]]", late);
+    let text = text.replace("effort = \"s\"", "effort = \"s + late\"");
     for at in ["", PATH] {
         let place = Seen::new("type = \"position\"\nof = \"lower\"\n", "x", at);
         let effort = Seen::new("type = \"effort\"\nof = \"pushes\"\n", "", at);
-        Worst::default().compare_all(text, &[place, effort], WITHIN);
+        Worst::default().compare_all(&text, &[place, effort], WITHIN);
     }
 }
 
