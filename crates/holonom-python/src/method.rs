@@ -1,8 +1,8 @@
 //! Methods for nonlinear programs that are functions of Python, and the program that they see.
 
 use holonom::vi_control::program::{
-    Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError, Start,
-    Watch, check_start,
+    AtPoint, Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError,
+    Start, Watch, check_start,
 };
 use holonom::vi_core::interruption;
 use numpy::ndarray::Array2;
@@ -19,10 +19,9 @@ type Proposed = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>, String);
 /// A nonlinear program with a start, as a method of Python sees it while it solves it.
 #[pyclass(unsendable, frozen, module = "holonom._core")]
 pub(crate) struct Program {
-    shared: SharedProgram,
+    at: RefCell<AtPoint>,
     bounds: Bounds,
     start: Start,
-    at: RefCell<Vec<f64>>, // where the program was moved to, empty: nowhere
     watch: Rc<RefCell<Watch>>,
     iterates: Rc<RefCell<Vec<Iterate>>>,
 }
@@ -38,7 +37,7 @@ impl Program {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut found = vec![f64::NAN; count];
         if self.moved(x.as_slice()?)? {
-            function(&*self.shared.borrow(), &mut found);
+            function(&*self.at.borrow().program(), &mut found);
         }
         Ok(PyArray1::from_vec(py, found))
     }
@@ -56,17 +55,7 @@ impl Program {
             let words = format!("x: {} entries, not {wanted}", x.len());
             return Err(PyValueError::new_err(words));
         }
-        let mut at = self.at.borrow_mut();
-        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
-        if at.len() == x.len() && at.iter().zip(x).all(same) {
-            return Ok(true);
-        }
-        at.clear();
-        if x.iter().any(|x| !x.is_finite()) || self.shared.borrow_mut().move_to(x).is_err() {
-            return Ok(false);
-        }
-        at.extend_from_slice(x);
-        Ok(true)
+        Ok(x.iter().all(|x| x.is_finite()) && self.at.borrow_mut().moved(x))
     }
 }
 
@@ -98,11 +87,11 @@ impl Program {
     }
 
     fn jacobian_places<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i64>> {
-        places(py, self.shared.borrow().jacobian_places())
+        places(py, self.at.borrow().program().jacobian_places())
     }
 
     fn hessian_places<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<i64>> {
-        places(py, self.shared.borrow().hessian_places())
+        places(py, self.at.borrow().program().hessian_places())
     }
 
     fn row_name(&self, row: usize) -> PyResult<String> {
@@ -110,11 +99,11 @@ impl Program {
             let words = format!("row {row}: there are {}", self.bounds.rows.len());
             return Err(PyValueError::new_err(words));
         }
-        Ok(self.shared.borrow().row_name(row))
+        Ok(self.at.borrow().program().row_name(row))
     }
 
     fn cost(&self, x: PyReadonlyArray1<'_, f64>) -> PyResult<f64> {
-        Ok(if self.moved(x.as_slice()?)? { self.shared.borrow().cost() } else { f64::NAN })
+        Ok(if self.moved(x.as_slice()?)? { self.at.borrow().program().cost() } else { f64::NAN })
     }
 
     fn cost_gradient<'py>(
@@ -138,7 +127,7 @@ impl Program {
         py: Python<'py>,
         x: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let count = self.shared.borrow().jacobian_places().len();
+        let count = self.at.borrow().program().jacobian_places().len();
         self.values(py, &x, count, |own, out| own.jacobian(out))
     }
 
@@ -154,7 +143,7 @@ impl Program {
             let words = format!("multipliers: {} entries, not {wanted}", lambda.len());
             return Err(PyValueError::new_err(words));
         }
-        let count = self.shared.borrow().hessian_places().len();
+        let count = self.at.borrow().program().hessian_places().len();
         self.values(py, &x, count, |own, out| own.hessian(factor, lambda, out))
     }
 
@@ -228,10 +217,9 @@ impl NlpSolver for PythonMethod<'_> {
             })
         };
         let seen = Program {
-            shared: program.clone(),
+            at: RefCell::new(AtPoint::nowhere(program)),
             bounds: program.borrow().bounds(),
             start: start.clone(),
-            at: RefCell::default(),
             watch: Rc::new(RefCell::new(watch)),
             iterates: iterates.clone(),
         };

@@ -5,8 +5,8 @@
 //! not that of a minimum. One thread; files of options and environment variables are not read.
 
 use crate::program::{
-    Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError, Start,
-    Watch, check_start,
+    AtPoint, Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError,
+    Start, Watch, check_start,
 };
 use pounce_rs::pounce_algorithm::application::{
     default_backend_factory, feral_config_from_options,
@@ -108,10 +108,9 @@ impl NlpSolver for Pounce {
         let mut app = self.application(start)?;
         let adapter = Rc::new(RefCell::new(Adapter {
             bounds: program.borrow().bounds(),
-            program: Rc::clone(program),
+            at: AtPoint::nowhere(program),
             start: start.clone(),
             watch,
-            at: Vec::new(),
             iterates: Vec::new(),
             found: (start.x.clone(), Multipliers::default()),
         }));
@@ -141,30 +140,12 @@ fn outcome(status: ApplicationReturnStatus) -> Outcome {
 
 /// A program as the method reads it.
 struct Adapter {
-    program: SharedProgram,
+    at: AtPoint,
     bounds: Bounds,
     start: Start,
     watch: Watch,
-    at: Vec<f64>, // where the program was moved to
     iterates: Vec<Iterate>,
     found: (Vec<f64>, Multipliers),
-}
-
-impl Adapter {
-    /// Whether the program has functions at `x`; moves it there.
-    fn moved(&mut self, x: &[f64]) -> bool {
-        let same = self.at.len() == x.len()
-            && self.at.iter().zip(x).all(|(a, b)| a.to_bits() == b.to_bits());
-        if same {
-            return true;
-        }
-        let moved = self.program.borrow_mut().move_to(x).is_ok();
-        self.at.clear();
-        if moved {
-            self.at.extend_from_slice(x);
-        }
-        moved
-    }
 }
 
 fn places(places: &[(usize, usize)], irow: &mut [i32], jcol: &mut [i32]) {
@@ -180,7 +161,7 @@ fn finite(values: &[f64]) -> bool {
 
 impl TNLP for Adapter {
     fn get_nlp_info(&mut self) -> Option<NlpInfo> {
-        let program = self.program.borrow();
+        let program = self.at.program();
         let size = |n: usize| i32::try_from(n).ok();
         Some(NlpInfo {
             n: size(program.variables())?,
@@ -217,34 +198,34 @@ impl TNLP for Adapter {
     }
 
     fn eval_f(&mut self, x: &[f64], _new_x: bool) -> Option<f64> {
-        let cost = self.moved(x).then(|| self.program.borrow().cost())?;
+        let cost = self.at.moved(x).then(|| self.at.program().cost())?;
         cost.is_finite().then_some(cost)
     }
 
     fn eval_grad_f(&mut self, x: &[f64], _new_x: bool, grad_f: &mut [f64]) -> bool {
-        if !self.moved(x) {
+        if !self.at.moved(x) {
             return false;
         }
-        self.program.borrow().cost_gradient(grad_f);
+        self.at.program().cost_gradient(grad_f);
         finite(grad_f)
     }
 
     fn eval_g(&mut self, x: &[f64], _new_x: bool, g: &mut [f64]) -> bool {
-        if !self.moved(x) {
+        if !self.at.moved(x) {
             return false;
         }
-        self.program.borrow().row_values(g);
+        self.at.program().row_values(g);
         finite(g)
     }
 
     fn eval_jac_g(&mut self, x: Option<&[f64]>, _new_x: bool, mode: SparsityRequest<'_>) -> bool {
         match (mode, x) {
             (SparsityRequest::Structure { irow, jcol }, _) => {
-                places(self.program.borrow().jacobian_places(), irow, jcol);
+                places(self.at.program().jacobian_places(), irow, jcol);
                 true
             }
-            (SparsityRequest::Values { values }, Some(x)) if self.moved(x) => {
-                self.program.borrow().jacobian(values);
+            (SparsityRequest::Values { values }, Some(x)) if self.at.moved(x) => {
+                self.at.program().jacobian(values);
                 finite(values)
             }
             _ => false,
@@ -262,11 +243,11 @@ impl TNLP for Adapter {
     ) -> bool {
         match (mode, x, lambda) {
             (SparsityRequest::Structure { irow, jcol }, _, _) => {
-                places(self.program.borrow().hessian_places(), irow, jcol);
+                places(self.at.program().hessian_places(), irow, jcol);
                 true
             }
-            (SparsityRequest::Values { values }, Some(x), Some(lambda)) if self.moved(x) => {
-                self.program.borrow().hessian(obj_factor, lambda, values);
+            (SparsityRequest::Values { values }, Some(x), Some(lambda)) if self.at.moved(x) => {
+                self.at.program().hessian(obj_factor, lambda, values);
                 finite(values)
             }
             _ => false,

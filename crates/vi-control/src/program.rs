@@ -9,7 +9,7 @@
 //! optimum is judged by [`crate::kkt`].
 
 use std::borrow::Cow;
-use std::cell::RefCell;
+use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 
 /// A nonlinear program with exact first and second derivatives in sparse form.
@@ -49,6 +49,46 @@ pub trait Program {
 
 /// A program and a method share it.
 pub type SharedProgram = Rc<RefCell<dyn Program>>;
+
+/// A shared program that remembers where it is, and is moved where that changes alone.
+pub struct AtPoint {
+    program: SharedProgram,
+    at: Vec<f64>, // empty: nowhere
+}
+
+impl std::fmt::Debug for AtPoint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AtPoint").field("at", &self.at).finish_non_exhaustive()
+    }
+}
+
+impl AtPoint {
+    /// That is nowhere yet.
+    #[must_use]
+    pub fn nowhere(program: &SharedProgram) -> Self {
+        Self { program: Rc::clone(program), at: Vec::new() }
+    }
+
+    /// The program there.
+    #[must_use]
+    pub fn program(&self) -> Ref<'_, dyn Program + 'static> {
+        self.program.borrow()
+    }
+
+    /// Whether the program has functions at `x`; moves it there.
+    pub fn moved(&mut self, x: &[f64]) -> bool {
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+        if self.at.len() == x.len() && self.at.iter().zip(x).all(same) {
+            return true;
+        }
+        let moved = self.program.borrow_mut().move_to(x).is_ok();
+        self.at.clear();
+        if moved {
+            self.at.extend_from_slice(x);
+        }
+        moved
+    }
+}
 
 /// The functions of a program do not exist at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
