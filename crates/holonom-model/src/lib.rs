@@ -43,7 +43,7 @@ pub use quantity::{Quantities, Quantity};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
 pub use text::overrides::Override;
 pub use text::places::{LineColumn, line_column, locate};
-pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest};
+pub use text::problem::{Inconsistency, Level, MAX_PROBLEMS, ModelError, Problem, nearest, some};
 pub use text::read::{open_regular, read_regular, read_regular_text, read_text};
 pub use text::tangents::{MovingText, ParameterTangent};
 pub use types::beam::{

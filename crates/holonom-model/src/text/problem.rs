@@ -206,8 +206,10 @@ fn edit_distance(a: &str, b: &str) -> usize {
 }
 
 /// The first few of a list of names.
-pub(crate) fn some(names: &[&str]) -> String {
-    let shown = names.iter().take(8).map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+#[must_use]
+pub fn some(names: &[impl AsRef<str>]) -> String {
+    let shown = names.iter().take(8).map(|n| format!("`{}`", n.as_ref()));
+    let shown = shown.collect::<Vec<_>>().join(", ");
     if names.len() > 8 { format!("{shown}, … ({} in all)", names.len()) } else { shown }
 }
 

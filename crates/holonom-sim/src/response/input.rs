@@ -2,7 +2,7 @@
 
 use super::ResponseError;
 use crate::statics::Statics;
-use holonom_model::{History, Model};
+use holonom_model::{History, Model, some};
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -194,15 +194,10 @@ impl Excitation {
     }
 }
 
-/// Some names, in quotes.
+/// Some names, or that there are none.
 fn listed(names: impl Iterator<Item = String>) -> String {
-    const SHOWN: usize = 8;
-    let names: Vec<String> = names.map(|name| format!("`{name}`")).collect();
-    match names.len() {
-        0 => "none".into(),
-        count if count > SHOWN => format!("{}, … ({count} in all)", names[..SHOWN].join(", ")),
-        _ => names.join(", "),
-    }
+    let names: Vec<String> = names.collect();
+    if names.is_empty() { "none".into() } else { some(&names) }
 }
 
 /// The first coordinate of a body or a node of a beam.
