@@ -349,7 +349,9 @@ impl Sensitivities {
     {
         let step = self.step;
         check_sampling(run, beside.controls)?;
-        let sampling = beside.controls.sampling().map(|own| (own, run.state().clone()));
+        let (number, any) = (run.state().step + 1, !self.directions.is_empty());
+        let sampling = beside.controls.sampling().filter(|own| any && own.is_due(number));
+        let sampling = sampling.map(|own| (own, run.state().clone()));
         if step == 0 {
             beside.objective.follow(run.state(), Seen::First);
         }
@@ -361,7 +363,7 @@ impl Sensitivities {
         let follows = (counts || self.keeps) && !run.reads_states();
         let kept = if follows { self.tangents.clone() } else { Vec::new() };
         let node = (counts && step > 0).then(|| run.state().clone());
-        let (mut pushed, any, mut dq) = (Ok(()), !self.directions.is_empty(), Vec::new());
+        let (mut pushed, mut dq) = (Ok(()), Vec::new());
         let taken = run.step_with(&mut |system, constraints, taken| {
             if follows {
                 dq.clone_from(&taken.s.dq);
@@ -372,8 +374,7 @@ impl Sensitivities {
         });
         taken.map_err(|error| GradientError::Step { step: step + 1, error })?;
         pushed?;
-        let number = run.state().step;
-        if let Some((sampling, start)) = sampling.filter(|(own, _)| any && own.is_due(number)) {
+        if let Some((sampling, start)) = sampling {
             let before = sampling.before(&start, run.state());
             let of = |k: usize| self.directions[k].parameter;
             let parameters = (&of as &dyn Fn(usize) -> _, self.of_parameters.len());

@@ -130,9 +130,7 @@ impl NodeImpulses {
             *minus = arrival[i] + W.product(i, |j| rested[j]);
         }
     }
-}
 
-impl NodeImpulses {
     /// Solves again for what leaves without being brought to rest [N8].
     pub(super) fn settle_departures<S: Discretization<C>, C: Constraints>(
         &mut self,

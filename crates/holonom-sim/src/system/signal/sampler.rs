@@ -64,17 +64,17 @@ impl<D: Number> Gains<D> {
 }
 
 impl Gains<f64> {
-    /// The same numbers with a derivative, or those of `slopes`.
-    fn moving(&self, slopes: Option<&Gains<Dual64>>) -> Gains<Dual64> {
+    /// The same numbers with derivatives of zero.
+    fn still(&self) -> Gains<Dual64> {
         let still = Dual64::from_re;
-        slopes.copied().unwrap_or_else(|| Gains {
+        Gains {
             proportional: still(self.proportional),
             integral: still(self.integral),
             derivative: still(self.derivative),
             filter: still(self.filter),
             limits: self.limits.map(|own| own.map(still)),
             tracking: self.tracking.map(still),
-        })
+        }
     }
 }
 
@@ -233,7 +233,7 @@ impl NodeTasks {
                         own[held + 1].clone(),
                         own[held + 2].clone(),
                     ];
-                    let still = gains.moving(None);
+                    let still = gains.still();
                     let moved = |gains: &Gains<Dual64>, slopes: [f64; 4]| {
                         let all = [0, 1, 2, 3].map(|k| Dual64::new(arguments[k], slopes[k]));
                         gains.next(all, period).map(|own| own.eps)
