@@ -19,7 +19,7 @@ use crate::averaged::{
 use crate::damping;
 use crate::dissipation::StrainDissipation;
 use crate::element::{Element, ElementKind, measures, strain_at, without_extension};
-use crate::following::{Followed, begin_change};
+use crate::following::{FollowedBound, begin_change};
 use crate::frequency::{Frequencies, Highest};
 use crate::helicoidal::{self, Helicoidal};
 use crate::interpolated::row;
@@ -545,7 +545,7 @@ impl StepTangent for ElementsTangent {
                 dissipation.add_driven(own.index, &slopes(&change), out);
             }
             let followed = self.averaged.followed(s, own.index);
-            if let Some((first, Followed { variable, raised_by })) = first.zip(followed) {
+            if let Some((first, FollowedBound { variable, raised_by })) = first.zip(followed) {
                 let tension = own.stiffness.row(2).tr_dot(&mean).eps;
                 self.averaged.add_tension((first + variable, raised_by), tension, out);
             }

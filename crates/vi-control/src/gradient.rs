@@ -10,19 +10,19 @@
 //! The price is one linear solve for each step, whatever the number of controls and parameters. The
 //! four schemes have the same motion, so one recursion serves them all; compositions are their
 //! sub-steps. A Galerkin step has [2.50] in the place of [2.38], and [2.39], [2.40] part by part
-//! ([`Place`]). What a derivative takes as fixed: the number of steps, the enforced constraints,
+//! ([`NodePlace`]). What a derivative takes as fixed: the number of steps, the enforced constraints,
 //! the revolutions of angles. Newton's method has no derivative: a tolerance other than zero makes
 //! one wrong by as much.
 //!
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.
 
-use crate::backward::{NodeForces, StepsBeside};
-use crate::checkpoints::{Checkpoints, Sizes, levels};
+use crate::backward::{BackwardForces, StepsBeside};
+use crate::checkpoints::{CheckpointSizes, Checkpoints, levels};
 use crate::controls::Controls;
-use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient, Which};
+use crate::objective::{NodeCost, NodePlace, NotedNode, Objective, StepGradient, Which};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, Linearization};
 use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::{Costate, LinearizationError, Sources};
 use vi_constraints::scheme::StepError;
@@ -269,7 +269,7 @@ impl Gradient {
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
         let stages = run.method().stages().map_or(1, Stages::count);
-        let sizes = Sizes {
+        let sizes = CheckpointSizes {
             state: size_of::<f64>() * 13 * n,
             step: Tape::size(n, stages, state.angles.len(), state.internal.len()),
         };
@@ -280,10 +280,10 @@ impl Gradient {
         let counts_steps = task.objective.counts_steps();
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
-            _ if task.keeps_nodes() => Tangents::OfBodies,
-            (true, true) => Tangents::OfMovedMechanism,
-            (true, false) => Tangents::OfBodies,
-            (false, _) => Tangents::OfMechanism,
+            _ if task.keeps_nodes() => CostateTangents::OfBodies,
+            (true, true) => CostateTangents::OfMovedMechanism,
+            (true, false) => CostateTangents::OfBodies,
+            (false, _) => CostateTangents::OfMechanism,
         };
         if counts_steps && (run.reads_states() || task.steps == 0) {
             let what = "multipliers or accelerations of steps that are not of order 2";
@@ -292,16 +292,16 @@ impl Gradient {
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
         let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
-        task.objective.follow(state, Seen::First);
+        task.objective.follow(state, NotedNode::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
-        let mut sweep = Sweep {
+        let mut sweep = BackwardSweep {
             task,
             watch,
             start: state.t,
             number: state.step,
             costates: fast.unwrap_or_else(general),
-            settles: along == Tangents::OfMovedMechanism,
-            forces: NodeForces::zero(n, m, state.internal.len()),
+            settles: along == CostateTangents::OfMovedMechanism,
+            forces: BackwardForces::zero(n, m, state.internal.len()),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
@@ -319,7 +319,7 @@ impl Gradient {
             first: true,
         };
         sweep.piece(run, 0..task.steps, &levels)?;
-        let Sweep { costate, mut found, by_step, start, sums, swelling, .. } = sweep;
+        let BackwardSweep { costate, mut found, by_step, start, sums, swelling, .. } = sweep;
         found.swelling = swelling.found();
         if !found.value.is_finite() || costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);
@@ -351,14 +351,14 @@ fn holding(node: &State, p: &[f64]) -> State {
 }
 
 /// A sweep backward under way.
-struct Sweep<'a, S, C> {
+struct BackwardSweep<'a, S, C> {
     task: &'a Task<'a>,
     watch: &'a mut dyn FnMut(Passing<'_>),
     start: f64,  // t_0
     number: u64, // of the node there
     costates: Box<dyn CostateSweep<S, C>>,
     settles: bool, // the first step finds multipliers, so that its start counts by itself
-    forces: NodeForces,
+    forces: BackwardForces,
     beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
     p: Vec<f64>,       // n  the momentum that is held where the run is
@@ -376,7 +376,7 @@ struct Sweep<'a, S, C> {
     first: bool, // the run was not at its end yet
 }
 
-impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> {
+impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_, S, C> {
     /// Sweeps back over macro steps; the run is where they start, and afterwards where they end.
     fn piece(
         &mut self,
@@ -450,7 +450,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             if let Some(nodes) = &mut nodes {
                 controls.set(step + 1); // those of the step from a node act there
-                objective.follow(run.state(), Seen::Next);
+                objective.follow(run.state(), NotedNode::Next);
                 found.value += nodes.step_to(objective, run.state());
                 watch(Passing::Node(run.state(), step));
             }
@@ -499,7 +499,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             if let Some(costs) = &mut costs {
                 controls.set(step + 1);
-                objective.follow(run.state(), Seen::Next);
+                objective.follow(run.state(), NotedNode::Next);
                 found.value += costs.step_to(objective, run.state());
                 watch(Passing::Node(run.state(), step));
             }

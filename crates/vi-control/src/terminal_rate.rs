@@ -9,9 +9,9 @@
 //! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and
 //! accelerations those of the steps on both sides ([`StepTerm`]).
 
-use crate::node::{Node, Reads, Slopes};
+use crate::node::{Node, NodeReads, NodeSlopes};
 pub use crate::node::{NodeQuantity, RateOf};
-use crate::objective::{ByKnown, Judged, Known, Seen, StepTerm, Term};
+use crate::objective::{ByKnown, CostTerm, Known, NotedNode, NumberCost, StepTerm};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
@@ -22,14 +22,14 @@ use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
 use vi_multibody::design::acceleration::NodeAcceleration;
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::design::{DesignError, MechanismTangent};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
 /// What the acceleration level of a run follows from.
 #[derive(Clone)]
-pub struct Level {
+pub struct AccelerationLevel {
     /// The system of the run.
     pub system: Arc<SeparableSystem>,
     /// How its forces change with parameters, where there are any.
@@ -38,7 +38,7 @@ pub struct Level {
     pub rests: bool,
 }
 
-impl std::fmt::Debug for Level {
+impl std::fmt::Debug for AccelerationLevel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Level").finish_non_exhaustive()
     }
@@ -47,7 +47,7 @@ impl std::fmt::Debug for Level {
 /// Why a number of a node has no derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RateError {
+pub enum TerminalRateError {
     /// The momentum of a node is not `M v` alone.
     #[error("velocities have no second derivatives where steps add to the masses")]
     AddedMass,
@@ -94,7 +94,7 @@ impl Mass {
 #[derive(Clone, Debug, Default)]
 pub struct NodeSources {
     /// The acceleration level, where numbers read multipliers or accelerations.
-    pub level: Option<Level>,
+    pub level: Option<AccelerationLevel>,
     /// The system of the run, where numbers read velocities and steps add to the masses.
     pub masses: Option<AddedMasses>,
 }
@@ -119,8 +119,8 @@ impl std::fmt::Debug for AddedMasses {
 pub struct NodeReader {
     mechanism: Mechanism,
     mass: Mass,
-    velocity: Option<Mutex<NodeVelocity>>,
-    level: Option<(Level, Mutex<NodeAcceleration>)>,
+    velocity: Option<Mutex<DifferentiatedVelocity>>,
+    level: Option<(AccelerationLevel, Mutex<NodeAcceleration>)>,
     n: usize,
     m: usize,
 }
@@ -129,12 +129,12 @@ impl NodeReader {
     /// In a run, where the numbers of its mechanism change so with parameters.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn new(
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         NodeSources { level, masses }: NodeSources,
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         let adds = run.system().adds_mass() && !run.reads_states();
         let mass = match masses.filter(|_| adds) {
             Some(AddedMasses { system, step }) => Mass::OfStep(system, step),
@@ -155,14 +155,14 @@ impl NodeReader {
     /// Of a mechanism with its independent rows, at a node, with second derivatives.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn at(
         mechanism: &Mechanism,
         system: &SeparableSystem,
         node: (&IndependentRows, &State),
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         if system.adds_mass() {
-            return Err(RateError::AddedMass);
+            return Err(TerminalRateError::AddedMass);
         }
         Self::with_mass((mechanism, Mass::Constant(system.mass().clone())), node, &[], None)
     }
@@ -171,10 +171,10 @@ impl NodeReader {
         (mechanism, mass): (&Mechanism, Mass),
         (rows, state): (&IndependentRows, &State),
         tangents: &[MechanismTangent],
-        level: Option<Level>,
-    ) -> Result<Self, RateError> {
+        level: Option<AccelerationLevel>,
+    ) -> Result<Self, TerminalRateError> {
         let mechanism = mechanism.clone();
-        let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
+        let mut velocity = DifferentiatedVelocity::new(&mechanism, rows, tangents)?;
         velocity.find(&mechanism, mass.at_node(), state)?;
         let level = level.map(|level| {
             let mut own = match level.rests {
@@ -182,7 +182,7 @@ impl NodeReader {
                 false => NodeAcceleration::new(&mechanism, rows, tangents)?,
             };
             own.find(&mechanism, &*level.system, state)?;
-            Ok::<_, RateError>((level, Mutex::new(own)))
+            Ok::<_, TerminalRateError>((level, Mutex::new(own)))
         });
         let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
         let (velocity, level) = (Some(Mutex::new(velocity)), level.transpose()?);
@@ -248,7 +248,7 @@ impl NodeReader {
         &self,
         y: &dyn NodeQuantity,
         Known { lambda, a }: Known<'_>,
-    ) -> Option<&(Level, Mutex<NodeAcceleration>)> {
+    ) -> Option<&(AccelerationLevel, Mutex<NodeAcceleration>)> {
         let reads = y.reads();
         let is_known = (lambda.is_some() || !reads.forces) && (a.is_some() || !reads.accelerations);
         self.level.as_ref().filter(|_| !is_known)
@@ -324,7 +324,7 @@ impl NodeReader {
         let own = self.with(y, (state, known), |node| {
             let lambda = if known.lambda.is_some() { by_lambda } else { &mut of_level[..] };
             let a = if known.a.is_some() { by_a } else { &mut of_a[..] };
-            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
+            let out = NodeSlopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
             let value = y.value(node);
             let scale = weigh(value);
             y.add_slopes(node, scale, out);
@@ -371,7 +371,7 @@ type OfState<'a> = (&'a mut [f64], &'a mut [f64], &'a mut [f64]);
 /// The same of the derivatives by `v̂`, `a` and `λ` of the acceleration level; also by forces on
 /// the coordinates, shape `n` or empty.
 fn pull_level(
-    (mechanism, (level, own)): (&Mechanism, &(Level, Mutex<NodeAcceleration>)),
+    (mechanism, (level, own)): (&Mechanism, &(AccelerationLevel, Mutex<NodeAcceleration>)),
     at: Configuration<'_>,
     slopes: [&[f64]; 3],
     ((q, p, z), by_force): (OfState<'_>, &mut [f64]),
@@ -395,7 +395,7 @@ fn pull_level(
 #[derive(Debug)]
 pub struct TerminalRate<Q> {
     quantity: Q,
-    judged: Judged,
+    judged: NumberCost,
     reader: NodeReader,
 }
 
@@ -404,28 +404,28 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// change so with parameters.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn new(
-        number: (Q, Judged),
+        number: (Q, NumberCost),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         Self::with(number, run, tangents, NodeSources::default())
     }
 
     /// The same of what follows from more than that.
     ///
     /// # Errors
-    /// [`RateError`], also of a velocity where steps add to the masses and the system is not there.
+    /// [`TerminalRateError`], also of a velocity where steps add to the masses and the system is not there.
     pub fn with(
-        (quantity, judged): (Q, Judged),
+        (quantity, judged): (Q, NumberCost),
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         let reads_velocity = quantity.reads_velocity();
         if reads_velocity && sources.masses.is_none() && run.system().adds_mass() {
-            return Err(RateError::UnknownMass);
+            return Err(TerminalRateError::UnknownMass);
         }
         let reader = match sources.level {
             None if !reads_velocity => NodeReader::standing(run),
@@ -435,7 +435,7 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     }
 }
 
-impl<Q: NodeQuantity> Term for TerminalRate<Q> {
+impl<Q: NodeQuantity> CostTerm for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.of_node(end, Known::STATE)
     }
@@ -457,7 +457,7 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
         let mut by = Costate::zero(self.reader.n, end.internal.len());
         self.add_of_node((end, Known::STATE), scale, (&mut by, ByKnown::default()), out);
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.quantity.follow(node, seen);
     }
 }
@@ -477,7 +477,7 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
         let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
         self.judged.cost(y)
     }
-    fn reads(&self) -> Reads {
+    fn reads(&self) -> NodeReads {
         self.quantity.reads()
     }
 }

@@ -51,11 +51,11 @@ pub use problem::Cone;
 pub use sparse_rows::SparseRows;
 
 use conjugate::Conjugate;
-use factors::Factors;
+use factors::ConeFactors;
 use interior::Interior;
-use least_norm::LeastNorm;
+use least_norm::ConeLeastNorm;
 use nalgebra::{Matrix3, Vector3};
-use problem::{Placed, Problem};
+use problem::{ConeProblem, PlacedLaw};
 use residual::Residual;
 
 /// How well the laws hold.
@@ -129,11 +129,11 @@ const BETWEEN: usize = 8;
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct ConeSolver {
-    problem: Problem,
+    problem: ConeProblem,
     residual: Residual,
-    least_norm: LeastNorm,
+    least_norm: ConeLeastNorm,
     conjugate: Conjugate,
-    factors: Factors,
+    factors: ConeFactors,
     interior: Interior,
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
@@ -471,7 +471,7 @@ impl ConeSolver {
     /// Solves the law of a contact at the impulses of the others; the largest relative change.
     fn settle(&mut self, contact: usize, part: f64) -> f64 {
         let Self { problem, impulse, .. } = self;
-        let Placed { cone, row } = problem.cones[contact];
+        let PlacedLaw { cone, row } = problem.cones[contact];
         let rows = cone.rows();
         let A = Matrix3::from_fn(|i, j| match i.max(j) < rows {
             true => problem.row(row + i)[row + j],

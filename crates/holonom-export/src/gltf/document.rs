@@ -8,7 +8,7 @@ use super::motion::{NodeAnimation, quaternion, rests, single};
 use super::skin;
 use crate::coil::coil;
 use crate::look::{INK, Look, NamedJoint, NamedLine, Rgb, foot, holds, point, symbol};
-use crate::mesh::{Mesh, along, stick};
+use crate::mesh::{SurfaceMesh, along, stick};
 use crate::run::ShownRun;
 use crate::tube::MemberPose;
 use holonom_report::scene::parts::SceneJoint;
@@ -199,14 +199,14 @@ impl DocumentWriter {
     }
 
     /// Hangs a surface on a node; one without triangles is left out.
-    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, look: (Rgb, f64)) {
+    fn show(&mut self, node: usize, name: &str, mesh: &SurfaceMesh, look: (Rgb, f64)) {
         if !mesh.triangles.is_empty() {
             let attributes = self.attributes(mesh, &Rotation3::identity());
             self.nodes[node]["mesh"] = json!(self.primitive(name, mesh, attributes, look));
         }
     }
 
-    fn attributes(&mut self, mesh: &Mesh, turn: &Rotation3<f64>) -> Value {
+    fn attributes(&mut self, mesh: &SurfaceMesh, turn: &Rotation3<f64>) -> Value {
         let all = |values: &[[f64; 3]]| -> Vec<[f32; 3]> {
             values.iter().map(|x| single(&(turn * Vector3::from(*x)))).collect()
         };
@@ -216,7 +216,13 @@ impl DocumentWriter {
         })
     }
 
-    fn primitive(&mut self, name: &str, mesh: &Mesh, attributes: Value, look: (Rgb, f64)) -> usize {
+    fn primitive(
+        &mut self,
+        name: &str,
+        mesh: &SurfaceMesh,
+        attributes: Value,
+        look: (Rgb, f64),
+    ) -> usize {
         let indices = self.buffer.triangles(&mesh.triangles);
         let material = self.material(look);
         let primitive =

@@ -28,7 +28,7 @@ pub mod trace;
 
 pub use invariants::{InvariantErrors, bounds};
 
-use crate::part::{Part, number};
+use crate::part::{PartOfSeed, number};
 use crate::text_file;
 use defects::SoakDefect;
 use generate::{mechanism, touching};
@@ -46,7 +46,7 @@ pub struct SoakRequest {
     /// Mechanisms.
     pub count: u64,
     /// Which part of them.
-    pub part: Part,
+    pub part: PartOfSeed,
     /// Where models with faults are written.
     pub output: PathBuf,
     /// Whether all are also turned, moved, reordered and stated in other units, not one of 32.
@@ -65,7 +65,7 @@ impl SoakRequest {
     pub fn parse(options: &[&str]) -> Result<Self, String> {
         let mut request = Self {
             count: 1_000_000,
-            part: Part::default(),
+            part: PartOfSeed::default(),
             output: PathBuf::from("target/soak"),
             restated: false,
             touching: false,

@@ -6,14 +6,14 @@
 //!                                                                  └─ ElementsTangent
 //! ```
 
-use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, eps, refused};
 use crate::system::beams::BeamParts;
 use crate::system::time_function::TimeFunctions;
 use crate::system::{System, load_kind, loads_along};
 use holonom_model::{Beam, Load, ModelError, MovingFrame};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use vi_beam::Mesh;
+use vi_beam::BeamMesh;
 use vi_beam::design::{Drawn, ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ElementForce;
@@ -25,7 +25,7 @@ use vi_rigid::load::LoadChange;
 /// No part of a step of a composition is longer, in steps.
 const LONGEST: f64 = 2.0;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// All beams.
     pub(super) fn beams(&self, out: &mut ModelTangent) -> Result<(), ModelError> {
         let (mut changes, longer) = (Vec::new(), self.longer());
@@ -81,7 +81,8 @@ impl Chain<'_> {
     /// By how much all elements of all beams become longer, m.
     fn longer(&self) -> Vec<f64> {
         let meshes = self.stated.beams.iter().map(|beam| self.placements.meshes(beam));
-        let longer = |of: &Mesh<Dual64>| of.lengths.iter().map(|own| own.eps).collect::<Vec<_>>();
+        let longer =
+            |of: &BeamMesh<Dual64>| of.lengths.iter().map(|own| own.eps).collect::<Vec<_>>();
         meshes.flat_map(|legs| legs.iter().flat_map(longer).collect::<Vec<_>>()).collect()
     }
 

@@ -1,6 +1,6 @@
 //! Springs, dampers, motors and loads by a parameter.
 
-use super::{Chain, ModelTangent, eps, refused};
+use super::{ModelTangent, NumberChain, eps, refused};
 use holonom_model::{
     Control, Curves, Frame, History, JointMotor, JointSpring, Load, ModelError, MotionPath, Spring,
 };
@@ -20,10 +20,10 @@ use vi_rigid::load::LoadChange;
 use vi_rigid::time_history::TimeFunction;
 
 use crate::system::input::Input;
-use crate::system::time_function::{Path, TimeFunctions};
+use crate::system::time_function::{TimeFunctions, TimePath};
 use crate::system::works::force_of;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Everything that acts.
     pub(super) fn forces(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         for k in 0..self.stated.joints.len() {
@@ -201,7 +201,7 @@ impl Chain<'_> {
         &self,
         key: &str,
         path: &MotionPath,
-    ) -> Result<Option<Path>, ModelError> {
+    ) -> Result<Option<TimePath>, ModelError> {
         if let Some(formula) = &path.expression {
             let Some(slope) = self.formulas.slope(key, formula)? else { return Ok(None) };
             let change = MotionPath { expression: Some(slope), ..MotionPath::default() };

@@ -6,10 +6,10 @@
 //! A force whose expressions are replaced by their derivatives is the derivative of the force: all
 //! of them act in it linearly. Signals that are values count as what they stand for.
 
-use super::signals::{SampledSlopes, SignalsApart, StateSlopes};
-use super::{Chain, LEAVE_OUT, ModelTangent, refused};
+use super::signals::{SampledSlopes, SignalChanges, SignalsApart};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, refused};
 use crate::system;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use crate::system::signal::sampler::Gains;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
@@ -31,7 +31,7 @@ pub(super) struct Formulas<'a> {
     apart: SignalsApart,
     /// Signals that are values and change.
     signals: BTreeMap<String, Moving>,
-    states: StateSlopes,
+    states: SignalChanges,
     taken: RefCell<BTreeSet<String>>,
 }
 
@@ -205,7 +205,7 @@ fn replace<'f>(
     Ok(moves)
 }
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Forces of which an expression changes.
     pub(super) fn expressions(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         let histories = self
@@ -264,8 +264,10 @@ impl Chain<'_> {
         if changed.is_empty() && sums.is_empty() && watched.is_none() {
             return Ok(());
         }
-        let outside =
-            Outside { watched: watched.clone().unwrap_or_default(), ..Outside::default() };
+        let outside = ExternalActions {
+            watched: watched.clone().unwrap_or_default(),
+            ..ExternalActions::default()
+        };
         let system = system::build_with(&derived, &outside).map_err(|error| {
             let what = format!("the derivative by `{}`: {error}", self.formulas.name());
             refused("law", what, LEAVE_OUT)

@@ -1,6 +1,6 @@
 //! Masses, joints, bars and constraints by a parameter.
 
-use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, eps, refused};
 use crate::sensor::line_of;
 use holonom_model::{
     Constraint, GROUND, Inertia, Joint, JointKind, ModelError, Sensor, SensorKind,
@@ -17,7 +17,7 @@ use vi_multibody::joint::{FrameId, Side, axes_along, complete_axis, complete_axi
 /// By how much a joint may differ from the one of the mechanism, in parts of its size.
 const AGREEMENT: f64 = 1e-9;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Masses and inertia of the bodies.
     pub(super) fn bodies(&self, out: &mut MechanismTangent) {
         for (k, body) in self.stated.bodies.iter().enumerate() {

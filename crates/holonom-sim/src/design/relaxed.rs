@@ -82,7 +82,7 @@ impl StartOf<'_> {
                 ),
             };
         }
-        let mut equilibrium = Equilibrium::new(self, run).map_err(|Singular| {
+        let mut equilibrium = LinearizedStatics::new(self, run).map_err(|Singular| {
             let what = format!("the derivative by `{name}` of a singular equilibrium");
             refused(self.key_of_equilibrium(), what, LEAVE_OUT)
         })?;
@@ -126,14 +126,14 @@ impl StartOf<'_> {
 }
 
 /// The equations of statics, linearized.
-struct Equilibrium {
+struct LinearizedStatics {
     saddle: SaddlePoint,
     about: Interval, // its middle is at t = 0
     until: Interval, // its end is
     impulse: Vec<f64>,
 }
 
-impl Equilibrium {
+impl LinearizedStatics {
     fn new(start: &StartOf<'_>, run: &MechanismIntegrator) -> Result<Self, Singular> {
         let (system, constraints, q) = (run.system(), run.constraints(), start.at.q);
         let still = |t: f64| {

@@ -18,7 +18,7 @@ use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError, StartTangent};
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::mechanism::Mechanism;
 
 /// Part of the change of a row from which on a constraint counts as open.
@@ -383,8 +383,8 @@ impl StartOf<'_> {
         mass.mul_add(1.0, dv, &mut dp);
         start::add_mass_change(mechanism, &own.numbers, self.stated_v, &mut dp);
         let numbers = std::slice::from_ref(&own.numbers);
-        let velocity =
-            NodeVelocity::new(mechanism, rows, numbers).map_err(StartDerivativeError::from);
+        let velocity = DifferentiatedVelocity::new(mechanism, rows, numbers)
+            .map_err(StartDerivativeError::from);
         let mut velocity = velocity.map_err(|error| self.refusal(&error, own))?;
         let state = State::new(at.t, at.q.to_vec(), p);
         let configuration = Configuration::new(at.t, at.q);

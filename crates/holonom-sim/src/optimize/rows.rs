@@ -5,7 +5,7 @@ use super::verdict::{names_of_unknowns, outside};
 use crate::design::refused;
 use crate::gradient::equilibrium;
 use crate::gradient::prepared::last_node;
-use crate::gradient::trial::{Read, SensorRead};
+use crate::gradient::trial::{ReadNumber, SensorRead};
 use crate::shown::reading;
 use crate::system;
 use holonom_model::{
@@ -13,13 +13,13 @@ use holonom_model::{
     ObjectiveKind, Scheme,
 };
 use nalgebra::DMatrix;
-use vi_control::identification::{Reading, Series};
+use vi_control::identification::{MeasuredReading, MeasuredSeries};
 use vi_control::least_squares::Residuals;
 
 /// Which rows of the residuals are of what.
-pub(super) struct Rows {
-    pub(super) series: Vec<Series>,
-    pub(super) reads: Vec<Read>,
+pub(super) struct ResidualRows {
+    pub(super) series: Vec<MeasuredSeries>,
+    pub(super) reads: Vec<ReadNumber>,
     /// Of each objective: its rows.
     pub(super) objectives: Vec<std::ops::Range<usize>>,
     /// Of rows that count as they are, after those of squares: what they are weighted with.
@@ -32,7 +32,7 @@ pub(super) struct Rows {
     pub(super) count: usize,
 }
 
-impl Rows {
+impl ResidualRows {
     pub(super) fn new(model: &Model) -> Result<Self, ModelError> {
         if model.settings.scheme == Scheme::Static {
             equilibrium::supported(model, &[])?;
@@ -174,7 +174,7 @@ impl Rows {
         self.count += nodes.len();
         let values = vec![value; nodes.len()];
         let steps = nodes.into_iter().map(|node| node as f64).collect();
-        self.series.push(Series {
+        self.series.push(MeasuredSeries {
             sensor: self.reads.len(),
             reading: reading(model, sensor),
             sigma,
@@ -182,7 +182,7 @@ impl Rows {
             values,
         });
         let own = SensorRead { key: key.to_owned(), sensor: sensor.to_owned() };
-        self.reads.push(Read::Sensor(own));
+        self.reads.push(ReadNumber::Sensor(own));
     }
 
     /// Momenta along unknowns of the tree at the end.
@@ -194,10 +194,10 @@ impl Rows {
     ) {
         for unknown in unknowns {
             self.count += 1;
-            let (sensor, reading) = (self.reads.len(), Reading::Value);
+            let (sensor, reading) = (self.reads.len(), MeasuredReading::Value);
             let steps = vec![last_step(model) as f64];
-            self.series.push(Series { sensor, reading, sigma, steps, values: vec![value] });
-            self.reads.push(Read::Momentum { key: key.to_owned(), unknown });
+            self.series.push(MeasuredSeries { sensor, reading, sigma, steps, values: vec![value] });
+            self.reads.push(ReadNumber::Momentum { key: key.to_owned(), unknown });
         }
     }
 }

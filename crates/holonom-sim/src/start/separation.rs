@@ -13,7 +13,7 @@ use holonom_model::{Model, ModelError, Overlap, Problem};
 use vi_constraints::closest::closest;
 use vi_constraints::initialization::StartError;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 use vi_rigid::directors::{FRAME, angular_velocity, center, spin_velocity};
 
 /// The start, with what overlaps moved apart.
@@ -38,7 +38,7 @@ pub(crate) fn separated(
     if found.is_empty() {
         return Ok(start);
     }
-    let loops = Loops::find(mechanism, t, &start.q);
+    let loops = IndependentLoops::find(mechanism, t, &start.q);
     let loops = loops.map_err(|error| assembly::refusal(&error, model))?;
     let mechanism = mechanism.clone().accepting(loops.nearly_redundant());
     let rows = loops.rows_at_start.unwrap_or(loops.rows);

@@ -24,7 +24,7 @@ const SMALL: f64 = 1e-13;
 
 /// What a row has in a group.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct GroupRow {
     row: u32,
     group: u32,
     entries: [usize; 2], // from and to
@@ -36,7 +36,7 @@ struct Part {
 pub(super) struct Delassus {
     groups: Option<Groups>,
     entries: Vec<(u32, u32, f64)>, // of all rows: group, place, value
-    parts: Vec<Part>,              // by rows, then groups
+    parts: Vec<GroupRow>,          // by rows, then groups
     part_ends: Vec<usize>,         // k
     of_group: Vec<Vec<u32>>,       // parts in each group
     used: Vec<u32>,                // groups that have some
@@ -138,7 +138,7 @@ impl Delassus {
                     used.push(group);
                 }
                 list.push(parts.len() as u32);
-                parts.push(Part { row, group, entries: [from, to], column: size });
+                parts.push(GroupRow { row, group, entries: [from, to], column: size });
                 size += groups.members(group as usize).len();
                 from = to;
             }
@@ -188,7 +188,7 @@ impl Delassus {
         sums.resize(k, 0.0);
         touched.clear();
         touched.resize(k, false);
-        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product((entries, columns), a, b);
         for i in 0..k {
             found.clear();
             for own in &parts[range(part_ends, i)] {
@@ -219,7 +219,7 @@ impl Delassus {
         if std::mem::replace(&mut factor.is_current, true) {
             return;
         }
-        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product((entries, columns), a, b);
         used.sort_unstable();
         factor.of_part.clear();
         factor.of_part.resize(parts.len(), [0; 2]);
@@ -299,8 +299,8 @@ impl Delassus {
 }
 
 /// What two rows have in a group, `B_i A B_jᵀ`, symmetric to the bit.
-fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &Part, b: &Part) -> f64 {
-    let half = |a: &Part, b: &Part| {
+fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &GroupRow, b: &GroupRow) -> f64 {
+    let half = |a: &GroupRow, b: &GroupRow| {
         let own = entries[a.entries[0]..a.entries[1]].iter();
         own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
     };

@@ -4,7 +4,8 @@ use super::equations::{Guess, Scheme};
 use super::error::StepError;
 use super::sub_step::SubStep;
 use vi_core::newton::{
-    Block, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings, Precision,
+    Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings, Precision,
+    UnknownBlock,
 };
 use vi_core::state::State;
 
@@ -72,7 +73,7 @@ struct StepEquations<'a, 'b, S, C> {
 }
 
 impl<S, C> NewtonProblem for StepEquations<'_, '_, S, C> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.scheme.blocks()
     }
 

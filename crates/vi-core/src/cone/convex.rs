@@ -20,7 +20,7 @@
 //! V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
 #![allow(non_snake_case)] // W, L, F, B
 
-use super::factored::{Factored, Scaled};
+use super::factored::{Factored, ScaledDelassus};
 use super::primal_dual::PrimalDual;
 use super::problem::Cone;
 use super::{ConeFault, SparseRows};
@@ -333,9 +333,9 @@ impl ConvexSolver {
     }
 
     /// The interior point method and the laws for it.
-    fn interior(&mut self) -> (&mut PrimalDual, Scaled<'_>) {
+    fn interior(&mut self) -> (&mut PrimalDual, ScaledDelassus<'_>) {
         let Self { laws, method, T, inverses, matrices, blocks, F, u, left, moved, .. } = self;
-        (method, Scaled { laws, T, inverses, matrices, blocks, F, u, left, refined: moved })
+        (method, ScaledDelassus { laws, T, inverses, matrices, blocks, F, u, left, refined: moved })
     }
 
     /// `given`, and where to begin: the impulses of the interior point method.

@@ -7,14 +7,14 @@
 //! bounded    F = Λ − clip(Λ − ρy, ±b)
 //! ```
 //! Source: P. Alart, A. Curnier, CMAME 92 (1991) 353–375. Any `ρ > 0` has the same solutions; in
-//! the units of [`Problem`](super::problem::Problem) one is the natural value. Where the disc is
+//! the units of [`ConeProblem`](super::problem::Problem) one is the natural value. Where the disc is
 //! left, with `ẑ = z/|z|`,
 //! ```text
 //! δF_T = δΛ_T − (R/|z|)(I − ẑẑᵀ) δz − ẑ δR,   δz = δΛ_T − ρW_T δΛ,   δR = μ (δΛ_N − ρW_N δΛ) or 0
 //! ```
 #![allow(non_snake_case)] // F, R
 
-use super::problem::{Cone, Placed, Problem};
+use super::problem::{Cone, ConeProblem, PlacedLaw};
 use crate::linear::norm_inf;
 use nalgebra::DMatrix;
 
@@ -39,7 +39,7 @@ impl Residual {
         self.rho = rho;
     }
 
-    pub(super) fn resize(&mut self, problem: &Problem) {
+    pub(super) fn resize(&mut self, problem: &ConeProblem) {
         for vector in [&mut self.y, &mut self.F, &mut self.sizes] {
             vector.clear();
             vector.resize(problem.rows(), 0.0);
@@ -50,7 +50,7 @@ impl Residual {
 
     /// Evaluates `y` and `F`; returns the largest of `|F|`, for each cone relative to the sizes of
     /// the terms of its rows: rounding errors are of the size of `ε`, whatever the masses.
-    pub(super) fn evaluate(&mut self, problem: &Problem, impulse: &[f64]) -> f64 {
+    pub(super) fn evaluate(&mut self, problem: &ConeProblem, impulse: &[f64]) -> f64 {
         for i in 0..problem.rows() {
             self.y[i] = problem.velocity(i, impulse);
             let terms = problem.row(i).iter().zip(impulse).map(|(w, impulse)| (w * impulse).abs());
@@ -58,7 +58,7 @@ impl Residual {
         }
         (self.excess, self.balances) = (0.0, false);
         let most = BALANCED * norm_inf(&problem.w);
-        for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
+        for (PlacedLaw { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
             let error = problem.largest_error(*row..row + cone.rows());
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
@@ -90,9 +90,14 @@ impl Residual {
     }
 
     /// A generalized derivative `∂F/∂Λ` at the point of the last evaluation.
-    pub(super) fn derivative(&self, problem: &Problem, impulse: &[f64], out: &mut DMatrix<f64>) {
+    pub(super) fn derivative(
+        &self,
+        problem: &ConeProblem,
+        impulse: &[f64],
+        out: &mut DMatrix<f64>,
+    ) {
         out.fill(0.0);
-        for &Placed { cone, row } in &problem.cones {
+        for &PlacedLaw { cone, row } in &problem.cones {
             let (own, count) = (row..row + cone.rows(), cone.rows());
             let slope = LawSlope::at(cone, (&self.y[own.clone()], &impulse[own]), self.rho);
             for column in 0..problem.rows() {
@@ -319,7 +324,7 @@ mod tests {
             let k = 14;
             let rows = sample.matrix(k, k);
             let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
-            let mut problem = Problem::default();
+            let mut problem = ConeProblem::default();
             problem.load(&cones, W.as_slice(), w.as_slice(), &[]);
             let (mut residual, mut other) = (Residual::default(), Residual::default());
             for one in [&mut residual, &mut other] {
@@ -330,7 +335,7 @@ mod tests {
             residual.evaluate(&problem, &impulse);
             let mut derivative = DMatrix::zeros(k, k);
             residual.derivative(&problem, &impulse, &mut derivative);
-            for &Placed { cone, row } in &problem.cones {
+            for &PlacedLaw { cone, row } in &problem.cones {
                 let (own, n) = (row..row + cone.rows(), cone.rows());
                 let slope = LawSlope::at(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
                 let unit = |l: usize| std::array::from_fn(|i| f64::from(u8::from(i == l)));

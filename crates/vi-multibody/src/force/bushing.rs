@@ -10,9 +10,9 @@
 //!
 //! Source: Marsden & West 2001, part 3, for the discrete forces.
 
-use crate::force::bends::{Between, Evaluated, Pushes, Reads};
-use crate::force::law::evaluation::Work;
-use crate::force::law::{Input, Law, Reading};
+use crate::force::bends::{Between, LawEvaluation, Pushes, Reads};
+use crate::force::law::evaluation::EvaluationScratch;
+use crate::force::law::{Input, Law, ReadingLaw};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
 use nalgebra::DMatrix;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
@@ -69,13 +69,13 @@ pub struct SixForce {
     /// The coordinates.
     pub coordinates: SixCoordinates,
     /// What the six efforts follow from.
-    pub reading: Reading,
+    pub reading: ReadingLaw,
 }
 
 impl SixForce {
     /// A law with six efforts; of the coordinates and their rates it reads [`Input::Six`].
     #[must_use]
-    pub fn new(coordinates: SixCoordinates, reading: Reading) -> Self {
+    pub fn new(coordinates: SixCoordinates, reading: ReadingLaw) -> Self {
         let reading = reading.of_bushing(coordinates.clone());
         Self { coordinates, reading }
     }
@@ -116,7 +116,7 @@ impl SixForce {
     }
 
     /// `∂τ/∂ξ` and `∂τ/∂ξ̇`.
-    fn own_slopes(&self, work: &Work) -> [Matrix6; 2] {
+    fn own_slopes(&self, work: &EvaluationScratch) -> [Matrix6; 2] {
         let mut slopes = [Matrix6::zeros(); 2];
         for (j, input) in self.reading.inputs.iter().enumerate() {
             if let Input::Six(part) = input {
@@ -133,7 +133,7 @@ impl SixForce {
         &self,
         gradients: &SixGradients,
         scale: f64,
-        work: &Work,
+        work: &EvaluationScratch,
         each: impl Fn(&Input, &mut dyn FnMut(usize, f64)),
         out: &mut dyn Entries,
     ) {
@@ -503,13 +503,13 @@ pub struct SixSpring {
 
 impl SixSpring {
     /// How its efforts follow from the coordinates, as a law of these.
-    fn with_bends(&self, slope: &Vector6, then: impl FnOnce(&SixReads<'_>, &Evaluated<'_>)) {
+    fn with_bends(&self, slope: &Vector6, then: impl FnOnce(&SixReads<'_>, &LawEvaluation<'_>)) {
         let inputs: Vec<Input> = (0..6).map(Input::Six).collect();
         let reads = SixReads { coordinates: &self.coordinates, inputs: &inputs };
         let slopes = DMatrix::from_column_slice(6, 6, self.stiffness.as_slice());
         let bend = |_: &[f64], _: &[f64], out: &mut [f64]| out.fill(0.0);
         let (values, efforts) = (&[], slope.as_slice()); // there is no rate
-        then(&reads, &Evaluated { values, efforts, slopes: &slopes, bend: &bend });
+        then(&reads, &LawEvaluation { values, efforts, slopes: &slopes, bend: &bend });
     }
 
     /// `q ← q + scale ∂²τ_k/∂q²` times a change of `q`, at a node.

@@ -11,9 +11,9 @@
 //! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
 //! reaction on the parent is equal and opposite, so momentum maps stay exact.
 
-use super::bends::Evaluated;
+use super::bends::LawEvaluation;
 use super::law::Input;
-use crate::constraint::joint_coordinate::{Change, JointCoordinate};
+use crate::constraint::joint_coordinate::{CoordinateChange, JointCoordinate};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce, StepEffort};
@@ -139,7 +139,7 @@ impl CoordinateForce for JointSpring {
         true
     }
     fn change(&self, s: &Interval) -> [f64; 2] {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         [mean, difference]
     }
     fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
@@ -338,12 +338,12 @@ pub struct JointForce<L> {
 
 impl<L: JointLaw> JointForce<L> {
     fn effort(&self, s: &Interval) -> f64 {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 
     fn in_step(&self, s: &Interval) -> StepEffort {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
         let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
         StepEffort { effort, slopes, bends: self.law.bends(t, mean, rate), rate }
@@ -367,7 +367,7 @@ impl<L: JointLaw> JointForce<L> {
         let reads =
             [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
         let (values, efforts) = (&[coordinate, rate], &[effort]);
-        let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
+        let law = LawEvaluation { values, efforts, slopes: &slopes, bend: &bend };
         law.add(&reads[..], [at.q, at.v], (0, scale), changes, out);
     }
 
@@ -395,7 +395,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
     }
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (effort, slopes) = self.law.effort_and_slopes(s.t_mid(), mean, difference / s.h);
         if !self.law.is_given() {
             self.coordinate.emit_product(s.node(of), s.node(by), slopes.by_node(s.h, by), out);
@@ -405,7 +405,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         }
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let slopes = self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = slopes.by_unknown(s.h);
         self.coordinate.emit_slope(s, slope, out);
@@ -433,7 +433,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         change: StepChange,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
         let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
         let by_time = self.law.by_time(t, mean, rate).ok_or(NoTimeSlope)?;
@@ -461,7 +461,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(at.q, effort, out);
     }
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let (Change { mean, difference }, [start, end]) =
+        let (CoordinateChange { mean, difference }, [start, end]) =
             self.coordinate.change_and_rates(s, &s.v_mid);
         0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
@@ -534,7 +534,7 @@ impl<L: JointLaw> CoordinateForce for JointForce<L> {
         self.law.is_given()
     }
     fn change(&self, s: &Interval) -> [f64; 2] {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         [mean, difference]
     }
     fn rate(&self, q: &[f64], v: &[f64]) -> f64 {

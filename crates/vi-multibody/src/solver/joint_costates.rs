@@ -17,7 +17,7 @@
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::form::Term;
 use crate::geometry::products::{MOST, ProductRow, Products, Vectors};
-use crate::geometry::twist::{Transfer, Twist};
+use crate::geometry::twist::{Twist, TwistTransfer};
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::{Transmitted, links_of_joints};
 use crate::tree::Tree;
@@ -52,7 +52,7 @@ pub(super) struct JointCostates {
 #[derive(Debug)]
 pub(super) struct JointNodes {
     joints: Vec<TreeJoint>,
-    nodes: Vec<Node>,
+    nodes: Vec<JointNode>,
     transmitted: Transmitted,
     twists: Vec<Twist>, // of links
 }
@@ -71,7 +71,7 @@ struct TreeJoint {
 
 /// Where joints are, and how they transmit wrenches there.
 #[derive(Debug)]
-struct Node {
+struct JointNode {
     q: Vec<f64>,
     joints: Vec<JointPlace>,
 }
@@ -202,7 +202,7 @@ fn about(arm: &Vector3<f64>, wrench: &Twist) -> Twist {
     Twist::new(wrench.linear, wrench.angular - arm.cross(&wrench.linear))
 }
 
-impl Node {
+impl JointNode {
     fn new(mechanism: &Mechanism, joints: usize) -> Self {
         let values = [Vector3::zeros(); MOST];
         let place = JointPlace { values, arm: Vector3::zeros(), wrenches: Wrenches::default() };
@@ -240,7 +240,7 @@ impl JointNodes {
     pub(super) fn new(mechanism: &Mechanism, nodes: usize) -> Self {
         let joints = TreeJoint::all(mechanism);
         Self {
-            nodes: (0..nodes).map(|_| Node::new(mechanism, joints.len())).collect(),
+            nodes: (0..nodes).map(|_| JointNode::new(mechanism, joints.len())).collect(),
             transmitted: Transmitted::none(mechanism),
             twists: vec![Twist::zero(); mechanism.tree().links().len()],
             joints,
@@ -301,18 +301,18 @@ impl JointNodes {
     /// `μ` of rigid bodies with `G_J μ = r` of the joints, at a node; shape `n`.
     pub(super) fn spread(&mut self, tree: &Tree, node: usize, r: &[f64], mu: &mut [f64]) {
         let Self { joints, nodes, twists, .. } = self;
-        let Node { q, joints: places } = &nodes[node];
+        let JointNode { q, joints: places } = &nodes[node];
         twists.fill(Twist::zero());
         for (joint, place) in joints.iter().zip(places) {
             let at_anchor = Twist::from_vector(&place.wrenches.spread(&r[joint.rows()]));
-            twists[joint.link] = Transfer::Rigid(-place.arm).apply(&at_anchor);
+            twists[joint.link] = TwistTransfer::Rigid(-place.arm).apply(&at_anchor);
         }
         for (k, link) in tree.links().iter().enumerate() {
             let at = FRAME * link.frame;
             if let Some(parent) = link.parent {
                 let carrier = FRAME * tree.links()[parent].frame;
                 let arm = center(&q[at..]) - center(&q[carrier..]);
-                let carried = Transfer::Rigid(arm).apply(&twists[parent]);
+                let carried = TwistTransfer::Rigid(arm).apply(&twists[parent]);
                 twists[k].add_scaled(1.0, &carried);
             }
             let own = at..at + FRAME;

@@ -12,7 +12,7 @@
 use super::tree_step::workspace::Workspace;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::HeldVector;
 use nalgebra::DMatrix;
 use vi_constraints::linearization::LinearizationError;
 use vi_core::dense::PivotedQr;
@@ -156,7 +156,7 @@ impl LoopCostates {
     pub(super) fn constrain(
         &mut self,
         at: &mut Workspace,
-        blocks: &[Spatial<Held>],
+        blocks: &[Spatial<HeldVector>],
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { rank, start, end, qr, solved, free, sigma, square, lu, rest, wanted, .. } = self;

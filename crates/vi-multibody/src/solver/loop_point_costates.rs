@@ -20,7 +20,7 @@ use crate::mechanism::Mechanism;
 use crate::sweep::point_costate::PointTree;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, PartVisitor};
 use vi_constraints::design::Costates;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::galerkin::{GaussSlopes, Parts};
@@ -46,23 +46,23 @@ pub(in crate::solver) struct LoopPointCostates {
     rows: Vec<ScalarRow>, // of closure
     places: Vec<usize>,   // of them among all constraints
     joints: JointNodes,
-    stands: Vec<Stand>,      // s + 1
-    balance: Vec<Vec<f64>>,  // s × n  w_i, then y_i of the joints
-    impulses: Vec<Vec<f64>>, // s × m  Λ_i
-    sigma: Vec<Vec<f64>>,    // s × m  σ_1 … σ_s, where they are wanted
-    x: Vec<Vec<f64>>,        // (s + 1) × n
-    images: Vec<Vec<f64>>,   // (s + 1) × n  of one vector, then Σ_i (h H_ij)ᵀ x_i
-    along: Vec<f64>,         // d
-    gradient: Vec<f64>,      // n
-    inertial: Vec<f64>,      // n
-    square: DMatrix<f64>,    // s f × s f
+    stands: Vec<PointScratch>, // s + 1
+    balance: Vec<Vec<f64>>,    // s × n  w_i, then y_i of the joints
+    impulses: Vec<Vec<f64>>,   // s × m  Λ_i
+    sigma: Vec<Vec<f64>>,      // s × m  σ_1 … σ_s, where they are wanted
+    x: Vec<Vec<f64>>,          // (s + 1) × n
+    images: Vec<Vec<f64>>,     // (s + 1) × n  of one vector, then Σ_i (h H_ij)ᵀ x_i
+    along: Vec<f64>,           // d
+    gradient: Vec<f64>,        // n
+    inertial: Vec<f64>,        // n
+    square: DMatrix<f64>,      // s f × s f
     lu: DenseLu,
     y: Vec<f64>, // s f
 }
 
 /// A control point.
 #[derive(Debug)]
-struct Stand {
+struct PointScratch {
     jacobian: Vec<Vec<f64>>, // of all rows of closure, d  Jᵀ
     qr: PivotedQr,           // d × rows  Jᵀ; its first pivots are the chosen rows
     lambda: Vec<f64>,        // of the chosen ones
@@ -70,7 +70,7 @@ struct Stand {
     basis: DMatrix<f64>,     // n × f  N
 }
 
-impl Stand {
+impl PointScratch {
     fn new(rows: usize, rank: usize, (n, d): (usize, usize)) -> Self {
         Self {
             jacobian: vec![vec![0.0; d]; rows],
@@ -120,7 +120,7 @@ impl LoopPointCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         independent: &IndependentRows,
-        (stages, along): (Stages, Tangents),
+        (stages, along): (Stages, CostateTangents),
     ) -> Option<Self> {
         let (n, m, d) = (mechanism.dim(), mechanism.len(), mechanism.tree().dof());
         let (s, rows) = (stages.count(), mechanism.loop_constraints());
@@ -137,7 +137,7 @@ impl LoopPointCostates {
         let points = ControlPoints::new(n, stages);
         let slots = at.links.iter().filter_map(|link| link.slot).max().map_or(0, |last| last + 1);
         let vectors = |count: usize, length: usize| vec![vec![0.0; length]; count];
-        let wanted = if along == Tangents::OfMechanism { 0 } else { s };
+        let wanted = if along == CostateTangents::OfMechanism { 0 } else { s };
         Some(Self {
             parts: Parts::new(n, m, stages),
             slopes: system.has_variable_forces().then(|| GaussSlopes::new(stages)),
@@ -145,7 +145,7 @@ impl LoopPointCostates {
             at,
             places: mechanism.loop_rows(),
             joints: JointNodes::new(mechanism, s + 1),
-            stands: (0..=s).map(|_| Stand::new(rows.len(), rank, (n, d))).collect(),
+            stands: (0..=s).map(|_| PointScratch::new(rows.len(), rank, (n, d))).collect(),
             rows,
             points,
             balance: vectors(s, n),
@@ -184,7 +184,7 @@ impl LoopPointCostates {
             project(at, rows, q, &mut self.gradient, &mut stand.jacobian);
             stand.factorize();
             all.stand(&at.links, l, q);
-            let Stand { free, basis, .. } = &mut *stand;
+            let PointScratch { free, basis, .. } = &mut *stand;
             for (Z, mut N) in free.column_iter().zip(basis.column_iter_mut()) {
                 all.push_forward(&at.links, l, Z.as_slice(), N.as_mut_slice());
             }

@@ -21,9 +21,9 @@ use crate::geometry::matrix::Spatial;
 use crate::mechanism::Mechanism;
 use crate::sweep::coupled::Couplings;
 use crate::sweep::moved_joints::NUMBERS;
-use crate::sweep::point_costate::{Acting, PointTree};
+use crate::sweep::point_costate::{ActingTransposed, PointTree};
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, PartVisitor};
 use vi_constraints::design::Costates;
 use vi_constraints::galerkin::Parts;
 use vi_constraints::galerkin::control_points::ControlPoints;
@@ -62,7 +62,7 @@ struct Joints {
 }
 
 impl Joints {
-    fn new(mechanism: &Mechanism, s: usize, along: Tangents) -> Self {
+    fn new(mechanism: &Mechanism, s: usize, along: CostateTangents) -> Self {
         let rows = || vec![vec![0.0; mechanism.len()]; s];
         let numbers = NUMBERS * mechanism.tree().links().len();
         let changes = || (0..s).map(|_| [(); 2].map(|()| vec![0.0; numbers])).collect();
@@ -73,7 +73,7 @@ impl Joints {
             sigma: rows(),
             end: vec![0.0; mechanism.dim()],
             bend: [(); 3].map(|()| vec![0.0; mechanism.dim()]),
-            changes: (along == Tangents::OfMovedMechanism).then(changes),
+            changes: (along == CostateTangents::OfMovedMechanism).then(changes),
         }
     }
 
@@ -106,7 +106,7 @@ fn stand_at(at: &mut Workspace, all: &PointTree, (i, q): (usize, &[f64]), m: &mu
 #[derive(Debug)]
 struct Forces {
     slopes: PointSlopes,
-    acting: Acting, // h H_ijᵀ
+    acting: ActingTransposed, // h H_ijᵀ
 }
 
 impl Forces {
@@ -123,7 +123,7 @@ impl Forces {
         let slopes = PointSlopes::new((tree, system), &start, stages.count())?;
         let (links, count) = (tree.links().len(), stages.count() * stages.count());
         let coupled = if slopes.couple_bodies() { count } else { 0 };
-        let acting = Acting {
+        let acting = ActingTransposed {
             blocks: vec![vec![Spatial::default(); links]; count],
             couplings: (0..coupled).map(|_| Couplings::new(SPACE, links, 0)).collect(),
         };
@@ -139,7 +139,7 @@ impl PointCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         stages: Stages,
-        along: Tangents,
+        along: CostateTangents,
     ) -> Option<Self> {
         let applies = mechanism.description().particles.is_empty()
             && !mechanism.has_velocity_constraints()
@@ -161,7 +161,8 @@ impl PointCostates {
             w: [zeros(), zeros()],
             x: vec![zeros(); s + 1],
             scratch: zeros(),
-            joints: (along != Tangents::OfMechanism).then(|| Joints::new(mechanism, s, along)),
+            joints: (along != CostateTangents::OfMechanism)
+                .then(|| Joints::new(mechanism, s, along)),
             by_rows: false,
             m: vec![0.0; d],
         })

@@ -34,7 +34,7 @@ mod node_solvers;
 mod start;
 mod structure;
 
-pub use start::{ConsistentStart, Loops, begun};
+pub use start::{IndependentLoops, LoopStart, begun};
 pub use structure::{Solver, has_many_ancestors};
 
 use crate::contact::{Contacts, TransmittedImpulses};
@@ -49,12 +49,12 @@ use node_solvers::node_solvers;
 use std::sync::Arc;
 use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
-use vi_constraints::costate_sweep::{CostateSweep, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents};
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
 use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, InitialValues, Integrator, Method, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Options, OrderMethod, SchemeKind};
 use vi_core::SeparableSystem;
 
 /// A running mechanism.
@@ -75,7 +75,7 @@ pub fn integrator(
     if mechanism.has_velocity_constraints() && !steps {
         return Err(SetupError::VelocityConstraints);
     }
-    let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let loops = IndependentLoops::find(&mechanism, at.t, at.q)?;
     let mechanism = Arc::new(mechanism.accepting(loops.nearly_redundant()));
     let rows = loops.rows.clone();
     let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
@@ -108,7 +108,7 @@ fn costates(
     system: &SeparableSystem,
     mechanism: &Mechanism,
     rows: &IndependentRows,
-    (method, along): (Method, Tangents),
+    (method, along): (OrderMethod, CostateTangents),
 ) -> Option<Box<dyn CostateSweep<SeparableSystem, Mechanism>>> {
     match method.stages() {
         None => TreeCostates::new(mechanism, system, rows, along).map(|own| Box::new(own) as _),

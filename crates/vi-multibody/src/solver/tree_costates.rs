@@ -20,7 +20,7 @@
 //! ```
 //! with any motion `μ_J` of rigid bodies; `m` and all that follows from `μ` are otherwise the same.
 
-use super::along_unknowns::{Along, transposed};
+use super::along_unknowns::{EffortAlong, transposed};
 use super::joint_costates::JointCostates;
 use super::loop_costates::{LoopCostates, MOST_ROWS};
 use super::tree_step::body_forces::BodyForces;
@@ -30,7 +30,7 @@ use crate::mechanism::Mechanism;
 use crate::sweep::moved_joints::NUMBERS;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, ImpulseCost, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, ImpulseCost, PartVisitor};
 use vi_constraints::design::{Costates, Place};
 use vi_constraints::linearization::{Costate, LinearizationError};
 use vi_constraints::saddle_point::IndependentRows;
@@ -46,7 +46,7 @@ use vi_core::{DiscreteLagrangian, SeparableSystem};
 pub(in crate::solver) struct TreeCostates {
     tree: Tree,
     at: Workspace,
-    along: Vec<Along>,
+    along: Vec<EffortAlong>,
     loops: Option<LoopCostates>,
     joints: Option<JointCostates>,
     changes: Option<[Vec<f64>; 2]>, // of all links  Costates::moved
@@ -72,7 +72,7 @@ impl TreeCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         rows: &IndependentRows,
-        along: Tangents,
+        along: CostateTangents,
     ) -> Option<Self> {
         let closures = mechanism.loop_constraints();
         let rank = (rows.len() + closures.len()).checked_sub(mechanism.len())?;
@@ -87,10 +87,10 @@ impl TreeCostates {
         let (n, d) = (weight.len(), tree.dof());
         let other = system.has_other_forces(&[]).then(|| Emitted::new(tree.links().len(), 0));
         let closed = !closures.is_empty();
-        let joints = (along != Tangents::OfMechanism).then(|| JointCostates::new(mechanism));
-        let changes = (along == Tangents::OfMovedMechanism)
+        let joints = (along != CostateTangents::OfMechanism).then(|| JointCostates::new(mechanism));
+        let changes = (along == CostateTangents::OfMovedMechanism)
             .then(|| [(); 2].map(|()| vec![0.0; NUMBERS * tree.links().len()]));
-        let along = system.along_unknowns().map(|own| Along::of(own, &at));
+        let along = system.along_unknowns().map(|own| EffortAlong::of(own, &at));
         Some(Self {
             joints,
             changes,
@@ -194,7 +194,7 @@ impl TreeCostates {
         let Self { at, along, loops, w, .. } = self;
         if let Some(loops) = loops {
             let balance = loops.stand(at, &s.q0, w);
-            for Along { unknown, impulse, .. } in along {
+            for EffortAlong { unknown, impulse, .. } in along {
                 balance[unknown.index] += unknown.sign * *impulse;
             }
         }

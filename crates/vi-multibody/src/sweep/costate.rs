@@ -20,7 +20,7 @@
 
 use super::columns::{Act, Axis, Motion};
 use super::link::{ColumnWork, Link, Work};
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use super::pull_back::hand_on;
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Constant, Number, Space, Vector};
@@ -36,7 +36,7 @@ pub(crate) fn weigh<S: Space>(
     [q, a, b]: [&[Number<S>]; 3],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let d = Place::of(s, q, link.frame).d;
+        let d = LinkPlace::of(s, q, link.frame).d;
         let mut c = momenta(s, link, s.read_frame(b, link.frame), rate);
         let a = s.read_frame(a, link.frame);
         for i in 0..4 {
@@ -96,7 +96,7 @@ fn pull_body<S: Space>(
     [q, w]: [&[Number<S>]; 2],
     out: &mut Pulled<'_, Number<S>>,
 ) {
-    let (d, twist, at) = (Place::of(s, q, link.frame).d, work.twist.take(s), link.frame);
+    let (d, twist, at) = (LinkPlace::of(s, q, link.frame).d, work.twist.take(s), link.frame);
     let (arm, spin) = (d.mul(s.constant(&link.anchor)), twist.angular);
     let [x, y, z] = d.0;
     let mu = [twist.linear - spin.cross(arm), spin.cross(x), spin.cross(y), spin.cross(z)];

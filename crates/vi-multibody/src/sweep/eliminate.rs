@@ -14,23 +14,23 @@ use vi_core::lanes::Lanes;
 /// What closed loops between the sweeps of a tree need: the links up to the next apex at a time,
 /// and what is eliminated.
 #[derive(Debug)]
-pub(crate) struct Part<M: Store> {
+pub(crate) struct UpToApex<M: Store> {
     pub(crate) links: Range<usize>,
     pub(crate) forces: Vec<Screw<M::Held>>, // d  Ã S' of joints of columns, none on trees
-    pub(crate) rotations: Vec<Rotation<M>>, // of the links, none where loops pass through none
-    unwritten: Vec<usize>,                  // slots of sums that no child writes
-    carried: Sums<M>,                       // by the link before, of its one child
+    pub(crate) rotations: Vec<EliminatedRotation<M>>, // of the links, none where loops pass through none
+    unwritten: Vec<usize>,                            // slots of sums that no child writes
+    carried: Sums<M>,                                 // by the link before, of its one child
 }
 
 /// What the elimination of a rotation vector leaves, and of the translation of a free body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rotation<M: Store> {
+pub(crate) struct EliminatedRotation<M: Store> {
     pub(crate) inverse: Columns<M::Held>,     // Ã_aa⁻¹
     pub(crate) coupling: Columns<M::Held>,    // Ã_la Ã_aa⁻¹
     pub(crate) translation: Columns<M::Held>, // (Ã_ll − Ã_la G)⁻¹ of a free body
 }
 
-impl<M: Store> Part<M> {
+impl<M: Store> UpToApex<M> {
     pub(crate) fn new<S: Space<Store = M>>(s: S) -> Self {
         let (forces, rotations, unwritten) = (Vec::new(), Vec::new(), Vec::new());
         Self { links: 0..0, forces, rotations, unwritten, carried: Sums::zero(s) }
@@ -59,7 +59,7 @@ impl<M: Store> Part<M> {
     }
 }
 
-impl<M: Store> Rotation<M> {
+impl<M: Store> EliminatedRotation<M> {
     pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {
         let zero = Columns::zero(s).held();
         Self { inverse: zero, coupling: zero, translation: zero }
@@ -98,7 +98,7 @@ pub(crate) fn eliminate<S: Space>(
     links: &[Link<S::Store>],
     works: &mut [Work<S::Store>],
     (columns, gains): (&mut [ColumnWork<S::Store>], &mut [Gain<S::Store>]),
-    (sums, added, part): (&mut [Sums<S::Store>], &[Spatial<Held<S>>], &mut Part<S::Store>),
+    (sums, added, part): (&mut [Sums<S::Store>], &[Spatial<Held<S>>], &mut UpToApex<S::Store>),
     x: &mut [Number<S>],
 ) -> Number<S> {
     let Range { start, end } = part.links;
@@ -236,7 +236,7 @@ fn sliding<V: Vector>(A: &Spatial<V>, n: V, next: V) -> (Screw<V>, Screw<V>) {
 fn eliminate_rotation<S: Space>(
     s: S,
     (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
-    (gain, kept): (&mut Gain<S::Store>, Option<&mut Rotation<S::Store>>),
+    (gain, kept): (&mut Gain<S::Store>, Option<&mut EliminatedRotation<S::Store>>),
     x: &mut [Number<S>],
 ) -> Number<S> {
     let (aa, al) = (A.aa.rows(), A.al.rows());

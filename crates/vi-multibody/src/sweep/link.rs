@@ -215,7 +215,7 @@ pub(crate) fn constants_with(
 
 fn constants_of(
     tree: &Tree,
-    (k, link): (usize, &tree::Link),
+    (k, link): (usize, &tree::TreeLink),
     mass: &Matrix4<f64>,
 ) -> Option<Link<One>> {
     let kind = link.joint.kind;
@@ -256,6 +256,6 @@ fn constants_of(
 }
 
 /// From the centre of a link to its reference point, its own directors.
-fn reference(link: &tree::Link) -> Vector3<f64> {
+fn reference(link: &tree::TreeLink) -> Vector3<f64> {
     if link.joint.kind.is_free() { Vector3::zeros() } else { link.joint.child.anchor }
 }

@@ -20,7 +20,7 @@
 use super::columns::Axis;
 use super::costate::by_axis;
 use super::link::{Link, Work};
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use super::pull_back::hand_on;
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Number, Space, Vector};
@@ -65,11 +65,11 @@ fn turn_axes<S: Space>(
         let by = by_axis(s, (link, column.act), F).scaled(m[unknown]);
         match column.axis {
             Axis::Parent(i) => {
-                let axis = Place::of_parent(s, link, q).d.mul(s.constant(&link.axes[i]));
+                let axis = LinkPlace::of_parent(s, link, q).d.mul(s.constant(&link.axes[i]));
                 *near = *near - axis.cross(by);
             }
             Axis::Child(i) => {
-                let axis = Place::of(s, q, link.frame).d.mul(s.constant(&link.axes_child[i]));
+                let axis = LinkPlace::of(s, q, link.frame).d.mul(s.constant(&link.axes_child[i]));
                 *far = *far - axis.cross(by);
             }
         }
@@ -88,7 +88,7 @@ pub(crate) fn at_end<S: Space>(
     out: &mut [Number<S>],
 ) {
     for (link, work) in links.iter().zip(&mut *works) {
-        let d = Place::of(s, q, link.frame).d;
+        let d = LinkPlace::of(s, q, link.frame).d;
         let [mut sum, mu, c] = [b, mu, c].map(|x| s.read_frame(x, link.frame));
         for i in 0..4 {
             sum[i] = sum[i] + mu[i];
@@ -105,8 +105,8 @@ pub(crate) fn at_end<S: Space>(
         carried = Screw::zero(s);
         let mut turn = R.angular;
         if !link.closes_gap {
-            let own = Place::of(s, q, link.frame);
-            turn = turn + own.gap(s, link, &Place::of_parent(s, link, q)).cross(R.linear);
+            let own = LinkPlace::of(s, q, link.frame);
+            turn = turn + own.gap(s, link, &LinkPlace::of_parent(s, link, q)).cross(R.linear);
         }
         let vectors = [R.linear, turn, R.linear * -1.0, R.angular * -1.0];
         s.write_frame(vectors, out, NUMBERS * k);

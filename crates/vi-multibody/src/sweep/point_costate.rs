@@ -25,47 +25,47 @@ use super::columns::{Act, Axis, Motion};
 use super::costate::by_axis;
 use super::coupled::Couplings;
 use super::link::Link;
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::one_tree::{Held, One, OneTree, Width, Xyz, sweep, three};
+use crate::geometry::one_tree::{HeldVector, One, OneTree, Width, Xyz, sweep, three};
 use crate::geometry::space::{Space, Vector};
 use nalgebra::DMatrix;
 
 /// A link at a control point.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stand {
-    d: Columns<Held>,
-    arm: Held,           // from the centre to the reference point
-    lever: Held,         // ℓ
-    bent: Columns<Held>, // of the frame and of the levers of what it carries
-    wrench: Screw<Held>, // F
-    twist: Screw<Held>,  // y
+struct LinkAtPoint {
+    d: Columns<HeldVector>,
+    arm: HeldVector,           // from the centre to the reference point
+    lever: HeldVector,         // ℓ
+    bent: Columns<HeldVector>, // of the frame and of the levers of what it carries
+    wrench: Screw<HeldVector>, // F
+    twist: Screw<HeldVector>,  // y
 }
 
 /// The tree at all control points of a step, and what the elimination leaves.
 #[derive(Debug)]
 pub(crate) struct PointTree {
     s: usize,
-    K: DMatrix<f64>,                // (s + 1) × (s + 1)
-    stands: Vec<Stand>,             // link by link, s + 1 each
-    axes: Vec<Held>,                // of unknowns along axes, s + 1 each
-    loads: Vec<Screw<Held>>,        // link by link, s each  p
-    own: [Vec<Spatial<Held>>; 2],   // s × s  Â of the present link, and for its parent
-    carried: [Vec<Screw<Held>>; 2], // s  p of both
-    sums: Vec<Spatial<Held>>,       // of slots, s × s each
-    sum_loads: Vec<Screw<Held>>,    // s each
-    columns: [Vec<Screw<Held>>; 2], // Â S, U; (joint column, i) by j
-    rows: Vec<f64>,                 // [D, V, S'ᵀ p], then D⁻¹ [V, S'ᵀ p], joint by joint
-    first: Vec<usize>,              // where those of a link begin
-    m: Vec<f64>,                    // μ along unknowns, s each
+    K: DMatrix<f64>,                      // (s + 1) × (s + 1)
+    stands: Vec<LinkAtPoint>,             // link by link, s + 1 each
+    axes: Vec<HeldVector>,                // of unknowns along axes, s + 1 each
+    loads: Vec<Screw<HeldVector>>,        // link by link, s each  p
+    own: [Vec<Spatial<HeldVector>>; 2],   // s × s  Â of the present link, and for its parent
+    carried: [Vec<Screw<HeldVector>>; 2], // s  p of both
+    sums: Vec<Spatial<HeldVector>>,       // of slots, s × s each
+    sum_loads: Vec<Screw<HeldVector>>,    // s each
+    columns: [Vec<Screw<HeldVector>>; 2], // Â S, U; (joint column, i) by j
+    rows: Vec<f64>,                       // [D, V, S'ᵀ p], then D⁻¹ [V, S'ᵀ p], joint by joint
+    first: Vec<usize>,                    // where those of a link begin
+    m: Vec<f64>,                          // μ along unknowns, s each
 }
 
 /// What else acts in a step, transposed: `h H_ij` without inertia and curvature; for each `(j, i)`
 /// in the order of columns `i` in rows `j`, of all links.
 #[derive(Debug)]
-pub(crate) struct Acting {
+pub(crate) struct ActingTransposed {
     /// On the links.
-    pub(crate) blocks: Vec<Vec<Spatial<Held>>>,
+    pub(crate) blocks: Vec<Vec<Spatial<HeldVector>>>,
     /// Between links and their parents; empty where none are coupled.
     pub(crate) couplings: Vec<Couplings<One>>,
 }
@@ -94,8 +94,8 @@ impl PointTree {
         Self {
             s,
             K: K.clone(),
-            stands: vec![Stand::default(); links.len() * (s + 1)],
-            axes: vec![Held::default(); d * (s + 1)],
+            stands: vec![LinkAtPoint::default(); links.len() * (s + 1)],
+            axes: vec![HeldVector::default(); d * (s + 1)],
             loads: screws(links.len() * s),
             own: [block(), block()],
             carried: [screws(s), screws(s)],
@@ -130,7 +130,7 @@ impl PointTree {
     }
 
     /// Solves for the twists of `μ_i`; whether all pivots are numbers.
-    pub(crate) fn solve(&mut self, links: &[Link<One>], acting: Option<&Acting>) -> bool {
+    pub(crate) fn solve(&mut self, links: &[Link<One>], acting: Option<&ActingTransposed>) -> bool {
         let solvable = eliminate_links(self, links, acting);
         substitute_links(self, links);
         solvable
@@ -148,7 +148,7 @@ impl PointTree {
     }
 
     /// The twist of `μ_i` of a link.
-    pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<Held> {
+    pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<HeldVector> {
         self.stands[link * (self.s + 1) + i].twist
     }
 
@@ -172,7 +172,7 @@ fn sweep_stand<W: Width>(
 ) {
     let points = at.s + 1;
     for (k, link) in links.iter().enumerate() {
-        let (own, parent) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
+        let (own, parent) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
         let mut lever = parent.d.mul(s.constant(&link.lever));
         if !link.closes_gap {
             lever = lever + own.gap(s, link, &parent);
@@ -272,7 +272,7 @@ fn sweep_load<W: Width>(
 #[inline(always)]
 fn column<W: Width>(
     s: OneTree<W>,
-    axes: &[Held],
+    axes: &[HeldVector],
     link: &Link<One>,
     (c, l, points): (usize, usize, usize),
 ) -> (Act, Xyz<W>, Option<Axis>) {
@@ -331,7 +331,7 @@ fn write<W: Width>(s: OneTree<W>, v: Screw<Xyz<W>>, x: &mut [f64], first: usize)
 
 sweep! {
     eliminate_links = sweep_eliminate(
-        at: &'a mut PointTree, links: &'a [Link<One>], acting: Option<&'a Acting>
+        at: &'a mut PointTree, links: &'a [Link<One>], acting: Option<&'a ActingTransposed>
     ) -> bool
 }
 
@@ -340,7 +340,7 @@ fn sweep_eliminate<W: Width>(
     s: OneTree<W>,
     at: &mut PointTree,
     links: &[Link<One>],
-    acting: Option<&Acting>,
+    acting: Option<&ActingTransposed>,
 ) -> bool {
     let (n, points) = (at.s, at.s + 1);
     let mut solvable = true;
@@ -457,7 +457,7 @@ fn own_blocks<W: Width>(
     at: &mut PointTree,
     (k, link): (usize, &Link<One>),
     follows: bool,
-    acting: Option<&Acting>,
+    acting: Option<&ActingTransposed>,
 ) {
     let (n, points) = (at.s, at.s + 1);
     let [A, carried] = &mut at.own; // the latter by the next link

@@ -2,7 +2,7 @@
 #![allow(non_snake_case)] // G, S
 
 use super::columns::{Act, Motion};
-use super::eliminate::Rotation;
+use super::eliminate::EliminatedRotation;
 use super::link::{ColumnWork, Gain, Link, Work};
 use super::pull_back::{component, lever};
 use crate::geometry::matrix::Screw;
@@ -18,7 +18,7 @@ pub(crate) fn eliminate_side<S: Space>(
     (columns, gains, rotations): (
         &[ColumnWork<S::Store>],
         &[Gain<S::Store>],
-        &[Rotation<S::Store>],
+        &[EliminatedRotation<S::Store>],
     ),
     x: &mut [Number<S>],
 ) {
@@ -80,7 +80,7 @@ fn pass<S: Space>(
 #[inline(always)]
 fn rotate<S: Space>(
     s: S,
-    (gain, kept): (&Gain<S::Store>, &Rotation<S::Store>),
+    (gain, kept): (&Gain<S::Store>, &EliminatedRotation<S::Store>),
     x: &mut [Number<S>],
     p: Screw<S::Vector>,
 ) -> Screw<S::Vector> {

@@ -23,7 +23,7 @@
 //! | box – box | `box_box` | a corner and a face, or two edges |
 //! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
-//! Closed forms without iteration, but for the closest points of rims. [`Pair::active`] names the
+//! Closed forms without iteration, but for the closest points of rims. [`ShapePair::active`] names the
 //! features that may touch. The gap of a pair does not depend on which shape is named first.
 
 pub mod cylinder_plane;
@@ -44,12 +44,12 @@ mod shape;
 mod solids;
 
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
-pub use pair::{NoGap, Pair};
+pub use pair::{NoGap, ShapePair};
 pub use shape::ContactShape;
 
 use contact_point::{in_space, turned};
 use nalgebra::Vector3;
-use outline::{Kind, Outline};
+use outline::{OutlineShape, ShapeOutline};
 use solids::Solid;
 use vi_core::{Embed, Number};
 
@@ -132,9 +132,12 @@ fn faces<S>(of: &ContactShape<S>) -> Option<u32> {
 
 /// The kinds of two shapes that touch with faces, rims, lines and points, cylinders before capsules
 /// before boxes, and whether that is not their order.
-fn outlined<S: Number>(a: &ContactShape<S>, b: &ContactShape<S>) -> Option<([Kind; 2], bool)> {
-    let (a, b) = (Kind::of(a)?, Kind::of(b)?);
-    let is_other = a == b && a != Kind::Cylinder; // two boxes, two capsules
+fn outlined<S: Number>(
+    a: &ContactShape<S>,
+    b: &ContactShape<S>,
+) -> Option<([OutlineShape; 2], bool)> {
+    let (a, b) = (OutlineShape::of(a)?, OutlineShape::of(b)?);
+    let is_other = a == b && a != OutlineShape::Cylinder; // two boxes, two capsules
     (!is_other).then(|| if a <= b { ([a, b], false) } else { ([b, a], true) })
 }
 
@@ -142,9 +145,9 @@ fn outlined<S: Number>(a: &ContactShape<S>, b: &ContactShape<S>) -> Option<([Kin
 fn outlines(
     (a, frame_a): (&ContactShape, &[f64]),
     (b, frame_b): (&ContactShape, &[f64]),
-) -> Option<([Outline; 2], bool)> {
+) -> Option<([ShapeOutline; 2], bool)> {
     let (_, is_exchanged) = outlined(a, b)?;
-    let (a, b) = (Outline::in_space(a, frame_a)?, Outline::in_space(b, frame_b)?);
+    let (a, b) = (ShapeOutline::in_space(a, frame_a)?, ShapeOutline::in_space(b, frame_b)?);
     Some(if is_exchanged { ([b, a], true) } else { ([a, b], false) })
 }
 
@@ -187,7 +190,8 @@ pub fn smallest_gap(
         };
     match (a, b) {
         (Box { .. }, Box { .. }) => {
-            let [a, b] = [(a, frame_a), (b, frame_b)].map(|(own, at)| Outline::in_space(own, at));
+            let [a, b] =
+                [(a, frame_a), (b, frame_b)].map(|(own, at)| ShapeOutline::in_space(own, at));
             Some(outline_active::separation(&a?, &b?))
         }
         (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {

@@ -7,7 +7,7 @@
 //! ```
 
 use super::input::Input;
-use super::place::Place;
+use super::place::EffortAxes;
 use super::relative::RelativeWrench;
 use super::turning::{Turning, ends};
 use crate::constraint::joint_coordinate::JointCoordinate;
@@ -50,7 +50,7 @@ impl Target {
     }
 
     /// `out ← out + scale Σ_k effort_k direction_k`.
-    pub(super) fn add(&self, at: Place<'_>, scale: f64, efforts: &[f64], out: &mut [f64]) {
+    pub(super) fn add(&self, at: EffortAxes<'_>, scale: f64, efforts: &[f64], out: &mut [f64]) {
         match self {
             Self::Coordinate(own) => own.add_gradient(at.own, scale * efforts[0], out),
             Self::Points(form) => {
@@ -71,7 +71,7 @@ impl Target {
     /// The entries of `direction_k`, always in the same order.
     pub(super) fn for_each_direction(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         k: usize,
         visit: &mut dyn FnMut(usize, f64),
     ) {
@@ -101,7 +101,7 @@ impl Target {
     /// those of `own` by δq where they `follow`.
     pub(super) fn emit_turning(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         (share, follows): (f64, bool),
         scale: f64,
         efforts: &[f64],
@@ -142,7 +142,7 @@ impl Target {
     /// `out ← out + scale ∂_i Σ_k τ_k a_k`, shape `n`.
     fn add_slope_along(
         &self,
-        ends: &[(Place<'_>, &[f64], (f64, bool))],
+        ends: &[(EffortAxes<'_>, &[f64], (f64, bool))],
         (efforts, scale): (&[f64], f64),
         out: &mut [f64],
     ) {

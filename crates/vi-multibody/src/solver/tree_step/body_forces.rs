@@ -6,7 +6,7 @@
 
 use super::emitted::{Emitted, wrench};
 use crate::geometry::matrix::{Screw, Spatial};
-use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
+use crate::geometry::one_tree::{HeldVector, Narrow, One, Xyz};
 use crate::mechanism::Mechanism;
 use crate::solver::body_blocks::couples_bodies;
 use crate::sweep::link::Link;
@@ -102,7 +102,7 @@ impl BodyForces {
     }
 
     /// `−h A_α` of them, of each link about its reference point.
-    pub(in crate::solver) fn blocks(&self) -> &[Spatial<Held>] {
+    pub(in crate::solver) fn blocks(&self) -> &[Spatial<HeldVector>] {
         &self.emitted.blocks
     }
 }
