@@ -75,7 +75,7 @@ fn random_sources(
 /// By how much forward and backward differ over a step with sources, of all terms.
 fn of_step(run: &mut MechanismIntegrator, sample: &mut Sample) -> f64 {
     let (n, m) = (run.state().q.len(), run.constraints().len());
-    let mut step = Linearization::new(run.method(), (n, m), run.rows());
+    let mut step = Linearization::new(run.method(), n, m, run.rows());
     let mut p = run.state().p.clone();
     let mut worst = 0.0_f64;
     let mut taken = Vec::new();

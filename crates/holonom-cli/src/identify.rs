@@ -44,7 +44,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let mut failed = None;
     RunFolder::vacant(&folder, &["summary.json", ESTIMATE, ROWS], arguments.force)?;
     let signals = ReceivedSignals::watch();
-    let make = |model: &Model| match estimate(arguments, (input.text(), model), &text, &signals) {
+    let make = |model: &Model| match estimate(arguments, input.text(), model, &text, &signals) {
         Ok(found) => {
             let simulation = Simulation::with_outside(&found.model, &found.start)?;
             Ok(Some((found, simulation)))
@@ -94,7 +94,8 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
 /// The estimate from the text of the data.
 fn estimate(
     arguments: &IdentifyArguments,
-    (file, model): (&ModelText, &Model),
+    file: &ModelText,
+    model: &Model,
     text: &str,
     signals: &ReceivedSignals,
 ) -> Result<IdentifiedModel, IdentifyError> {

@@ -50,7 +50,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
             Ok(page) => page,
             Err(error) => return Err(input.refused(error)?),
         };
-        write(&RunFolder::open(folder), files, (&analysis, &report), &page)?;
+        write(&RunFolder::open(folder), files, &analysis, &report, &page)?;
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
@@ -161,7 +161,8 @@ pub(crate) fn speeds(diagram: &Campbell) -> String {
 fn write(
     folder: &RunFolder,
     files: [&str; 3],
-    (analysis, report): (&ModalAnalysis, &Report),
+    analysis: &ModalAnalysis,
+    report: &Report,
     page: &str,
 ) -> Result<(), Failure> {
     let json = format!("{:#}\n", serde_json::to_value(report).unwrap_or_default());

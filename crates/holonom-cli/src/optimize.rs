@@ -120,7 +120,7 @@ fn search(asked: AskedSearch) -> Result<(), Failure> {
     if !talk.quiet {
         warn_of_tolerance(&model);
     }
-    let (folder, files) = written((&model, &found), &asked)?;
+    let (folder, files) = written(&model, &found, &asked)?;
     if talk.json {
         stdout::json(&serde_json::to_value(&found.report).unwrap_or_default())?;
     } else if !talk.quiet {
@@ -155,7 +155,8 @@ fn ended(found: &OptimumReport, signal: Option<u8>, folder: PathBuf) -> Result<(
 
 /// Runs the model of an optimum, and writes all files.
 fn written(
-    (model, found): (&Model, &FoundOptimum),
+    model: &Model,
+    found: &FoundOptimum,
     asked: &AskedSearch,
 ) -> Result<(RunFolder, String), Failure> {
     let (place, force) = (&asked.place, asked.force);

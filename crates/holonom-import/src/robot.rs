@@ -60,7 +60,8 @@ impl NamedFrame {
 /// The pose in space of what has `pose` in a link, each link `placed` in the one before it.
 pub(crate) fn in_space(
     links: &[RobotLink],
-    (link, pose): (Option<usize>, Isometry3<f64>),
+    link: Option<usize>,
+    pose: Isometry3<f64>,
     placed: impl Fn(&RobotLink) -> Isometry3<f64>,
 ) -> Isometry3<f64> {
     let (mut pose, mut at) = (pose, link);

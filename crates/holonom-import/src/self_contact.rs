@@ -92,7 +92,7 @@ impl Drafter<'_> {
                 [a, b].iter().zip(&shapes).all(|(a, own)| own.len() == a.contact_shapes().len());
             if !all || !both().all(|(a, b)| has_gap(a, b)) {
                 unavailable.push(names());
-            } else if both().any(|(of_a, of_b)| overlap((a, of_a), (b, of_b))) {
+            } else if both().any(|(of_a, of_b)| overlap(a, of_a, b, of_b)) {
                 overlapping.push(names());
             } else {
                 by_friction.entry(friction.to_bits()).or_default().insert([i, j]);
@@ -153,7 +153,7 @@ fn rules(mut pairs: BTreeSet<[usize; 2]>) -> Vec<(Vec<usize>, Vec<usize>)> {
 }
 
 /// Whether shapes of two bodies overlap where these are drawn.
-fn overlap((a, of_a): (&Body, &ContactShape), (b, of_b): (&Body, &ContactShape)) -> bool {
+fn overlap(a: &Body, of_a: &ContactShape, b: &Body, of_b: &ContactShape) -> bool {
     let frame = |body: &Body| {
         let mut frame = [0.0; 12];
         set_frame(&mut frame, &Vector3::from(body.position), &body.rotation());

@@ -50,7 +50,7 @@ impl Observed {
         model: &Model,
         quantities: &Quantities<'_>,
     ) -> Result<Self, ExpressionError> {
-        Self::compile(text, model, quantities, (ExpressionProgram::condition, true))
+        Self::compile(text, model, quantities, ExpressionProgram::condition, true)
     }
 
     /// Compiles an expression of a node that is known, so that it may read every sensor.
@@ -62,14 +62,15 @@ impl Observed {
         model: &Model,
         quantities: &Quantities<'_>,
     ) -> Result<Self, ExpressionError> {
-        Self::compile(text, model, quantities, (ExpressionProgram::parse, false))
+        Self::compile(text, model, quantities, ExpressionProgram::parse, false)
     }
 
     fn compile(
         text: &str,
         model: &Model,
         quantities: &Quantities<'_>,
-        (parse, of_state): (Parse, bool),
+        parse: Parse,
+        of_state: bool,
     ) -> Result<Self, ExpressionError> {
         let (readings, refused) = (RefCell::new(Vec::<NodeReading>::new()), RefCell::new(None));
         let mut known = |name: &str| {

@@ -198,7 +198,7 @@ impl Acting {
         let label = format!("the law of joint `{of}`");
         let law: Arc<dyn holonom::vi_multibody::joint_force::JointLaw> = match address {
             0 => Arc::new(PythonLaw::new(label, function, *conservative, fault)),
-            _ => Arc::new(CompiledLaw::new(label, (*address, function), *conservative, fault)),
+            _ => Arc::new(CompiledLaw::new(label, *address, function, *conservative, fault)),
         };
         OutsideLaw { joint, freedom, law }
     }

@@ -88,7 +88,7 @@ impl Ensemble {
             while taken < count && watch.proceed(taken as u64, count as u64) {
                 let steps = portion.min(count - taken);
                 let rows = rows.filter(|_| taken == 0);
-                all(members, rows, (width, steps), threads);
+                all(members, rows, width, steps, threads);
                 taken += steps;
             }
         });
@@ -189,7 +189,8 @@ impl Ensemble {
 fn all(
     members: &mut [MemberRun],
     rows: Option<&[f64]>,
-    (width, steps): (usize, usize),
+    width: usize,
+    steps: usize,
     threads: usize,
 ) {
     let row = |k: usize| rows.map(|rows| &rows[k * width..(k + 1) * width]);

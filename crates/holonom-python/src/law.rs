@@ -144,7 +144,8 @@ pub(crate) struct CompiledLaw {
 impl CompiledLaw {
     pub(crate) fn new(
         label: String,
-        (address, owner): (usize, Py<PyAny>),
+        address: usize,
+        owner: Py<PyAny>,
         conservative: bool,
         fault: Arc<PythonFault>,
     ) -> Self {

@@ -151,7 +151,7 @@ fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> 
         let moments = folder.bending_moments(&frames).unwrap_or_default();
         let events = folder.read_events().unwrap_or_default();
         let contacts = folder.read_contacts().unwrap_or_default();
-        Scene::with_events(model, &frames, &moments, (sensors, &events, &contacts))
+        Scene::with_events(model, &frames, &moments, sensors, &events, &contacts)
     });
     match scene {
         Some(scene) => scene.html(),

@@ -144,7 +144,7 @@ impl StrainDissipation {
     fn add_slot(&self, s: &Interval, of: Slot, h: f64, out: &mut [f64]) {
         for (index, own) in self.elements.strained().enumerate() {
             let n = -0.5 * h * self.forces(s, index, &own);
-            own.add_at((s, index), of, &n, out); // [6.24]
+            own.add_at(s, index, of, &n, out); // [6.24]
         }
     }
 
@@ -185,7 +185,7 @@ impl DiscreteForce for StrainDissipation {
                 let n = -0.5 * s.h * self.forces(s, index, &own);
                 own.emit(s.node(of), &c, &n, out);
             } else {
-                own.emit_between((s, index), of, &c, out);
+                own.emit_between(s, index, of, &c, out);
             }
         }
     }

@@ -36,7 +36,8 @@ pub(crate) struct FollowedBound {
 /// Adds the change of the variables of an element at the start, from its tension and how that
 /// changes.
 pub(crate) fn begin_change(
-    (variable, C): (usize, &Matrix6<f64>),
+    variable: usize,
+    C: &Matrix6<f64>,
     tension: f64,
     rate: f64,
     out: &mut [f64],
@@ -148,7 +149,8 @@ impl AveragedStrains {
     /// of them and what raises its bound.
     pub(crate) fn add_tension(
         &self,
-        (variable, raised_by): (usize, Option<usize>),
+        variable: usize,
+        raised_by: Option<usize>,
         tension: f64,
         out: &mut [f64],
     ) {
@@ -163,7 +165,7 @@ impl AveragedStrains {
         for (variable, _, element, C) in self.following() {
             let at = element.within(q);
             let rate = C.row(2).tr_dot(&at.rate(&element.coordinates(dq)));
-            begin_change((variable, C), (C * at.strain())[2], rate, out);
+            begin_change(variable, C, (C * at.strain())[2], rate, out);
         }
     }
 }

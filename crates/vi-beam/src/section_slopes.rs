@@ -135,7 +135,7 @@ fn station(
         helix: [G, K],
         turn: turn.zip_map(&(spin.cross_matrix() * turn), Dual64::new),
     };
-    let acting = place.map(|(_, loads)| acting((model, element, own), q, loads, change));
+    let acting = place.map(|(_, loads)| acting(model, element, own, q, loads, change));
     let (_, _, stress) = within.at(s, length, acting.as_ref());
     let compliance = match own {
         None => model.elements.section(element).compliance_matrix().map(Dual64::from_re),
@@ -150,7 +150,9 @@ fn station(
 
 /// What acts along an element, as it changes.
 fn acting(
-    (model, element, changed): (&BeamElements, &Element, Option<&Changed>),
+    model: &BeamElements,
+    element: &Element,
+    changed: Option<&Changed>,
     q: &[f64],
     loads: &LineLoads<'_>,
     change: &SectionChange<'_>,

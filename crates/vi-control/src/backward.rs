@@ -84,7 +84,8 @@ impl BackwardForces {
     pub(crate) fn find_level(
         &mut self,
         objective: &Objective,
-        (node, at): (&State, NodePlace),
+        node: &State,
+        at: NodePlace,
         parameters: &mut [f64],
     ) {
         // multipliers of the last node are those of the step from there

@@ -435,7 +435,7 @@ pub fn minimise(
     let (all, values, bounds) = (residuals.len(), &conditions.values[..], &conditions.bounds[..]);
     let (count, first) = (bounds.len(), all - bounds.len());
     let z: Vec<f64> = parameters.iter().map(|own| own.start / own.scale).collect();
-    let weights = weigh(residuals, &theta(parameters, &z), parameters, (values, first))?;
+    let weights = weigh(residuals, &theta(parameters, &z), parameters, values, first)?;
     let least = weights.clone();
     let multipliers = vec![0.0; count];
     let paths = &conditions.paths[..];
@@ -522,7 +522,8 @@ fn weigh(
     residuals: &mut dyn Residuals,
     theta: &[f64],
     parameters: &[Parameter],
-    (values, first): (&[f64], usize),
+    values: &[f64],
+    first: usize,
 ) -> Result<Vec<f64>, FitError> {
     let all = residuals.len();
     let (mut at, mut slopes) = (vec![0.0; all], DMatrix::zeros(all, theta.len()));

@@ -290,7 +290,7 @@ impl Gradient {
             return Err(GradientError::NotDifferentiable { what });
         }
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
-        let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
+        let general = || Box::new(Linearization::new(run.method(), n, m, run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
         task.objective.follow(state, NotedNode::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
@@ -559,7 +559,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
 
     /// What node `k` of some in a row costs, where this step begins, with steps of equal length on
     /// both sides of it but at the ends of the run.
-    fn node(&mut self, (nodes, k): (&[State], usize), step: usize) {
+    fn node(&mut self, nodes: &[State], k: usize, step: usize) {
         let Task { objective, controls, design, by_step, steps, .. } = *self.task;
         let Some(node) = nodes.get(k) else { return };
         let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
@@ -583,7 +583,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
     }
 
     /// Back over what is sampled where this step ends, between nodes `k` and `k + 1` of some.
-    fn unsample(&mut self, nodes: &[State], (k, step): (usize, usize)) {
+    fn unsample(&mut self, nodes: &[State], k: usize, step: usize) {
         let Some(sampling) = self.task.controls.sampling() else { return };
         let number = self.number + step as u64 + 1;
         if let (true, [start, end, ..]) = (sampling.is_due(number), &nodes[k..]) {
@@ -600,7 +600,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
         forces.clear();
         controls.set(steps);
         let at = NodePlace { weight: 0.5 * h, is_last: true };
-        forces.find_level(objective, (node, at), &mut found.parameters);
+        forces.find_level(objective, node, at, &mut found.parameters);
         if let Some(place) = controls.place(steps) {
             add(
                 &controls.of_force(node.configuration(), &forces.by_force),
@@ -618,7 +618,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
         let nodes = std::mem::take(&mut self.nodes);
         for k in (0..tape.len()).rev() {
             if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
-                self.node((&nodes, nodes.len().saturating_sub(1)), self.task.steps);
+                self.node(&nodes, nodes.len().saturating_sub(1), self.task.steps);
                 if let (true, [.., before, last]) =
                     (self.task.objective.counts_accelerations(), &nodes[..])
                 {
@@ -627,7 +627,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
             }
             let step = tape.step(k);
             if k + 1 == tape.len() || tape.step(k + 1) != step {
-                self.unsample(&nodes, (step - tape.step(0), step));
+                self.unsample(&nodes, step - tape.step(0), step);
             }
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
@@ -640,7 +640,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
             self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
             if starts {
                 self.swelling.see(run.system(), &self.costate.p);
-                self.node((&nodes, step - tape.step(0)), step);
+                self.node(&nodes, step - tape.step(0), step);
             }
         }
         (self.tape, self.nodes) = (tape, nodes);
@@ -704,7 +704,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
         })?;
         if let (Some(node), 0) = (node, step) {
             let at = NodePlace { weight: 0.5 * s.h, is_last: false };
-            forces.find_level(objective, (node, at), &mut found.parameters);
+            forces.find_level(objective, node, at, &mut found.parameters);
         }
         if let (Some(node), Some(place)) =
             (node.filter(|_| step == 0 || !is_counted), controls.place(step))

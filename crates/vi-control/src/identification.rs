@@ -392,7 +392,8 @@ impl ReachedNode<'_> {
     /// The part of a node in a number of its state; `parameters`: of the design.
     fn of_state(
         &self,
-        (y, state): (&dyn CostTerm, &State),
+        y: &dyn CostTerm,
+        state: &State,
         weight: f64,
         parameters: usize,
         mut change: impl FnMut(usize, f64),
@@ -542,7 +543,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 let quantity = &trial.quantities[self.series[share.series].sensor];
                 out[share.row] += match quantity {
                     Measurable::State(own) => {
-                        found.of_state((&**own, state), share.weights[1], parameters, change)
+                        found.of_state(&**own, state, share.weights[1], parameters, change)
                     }
                     Measurable::Configuration(own) => {
                         found.of_configuration(&**own, share.weights, &mut slope, change)

@@ -180,7 +180,7 @@ impl StepTerms {
 
     /// What a node costs by some of them.
     #[must_use]
-    pub fn of(&self, which: Which, (node, known): (&State, Known<'_>), at: NodePlace) -> f64 {
+    pub fn of(&self, which: Which, node: &State, known: Known<'_>, at: NodePlace) -> f64 {
         self.at(at, which).map(|([weight, _], term)| weight * term.of_node(node, known)).sum()
     }
 

@@ -183,7 +183,7 @@ pub fn optimize(
         let stopped = |own: &Solve| own.outcome == Outcome::Stopped;
         match solved {
             Some(solved) if k == 0 || stopped(&solved) => {
-                return search.ended((steps, solved), coarse);
+                return search.ended(steps, solved, coarse);
             }
             Some(solved) if solved.is_optimum() => coarse = Some(solved),
             _ => {}
@@ -229,7 +229,7 @@ impl StepSearch<'_> {
         }
         let multipliers = from.map(|from| from.multipliers.clone());
         let start = MethodStart { multipliers, ..program.start() };
-        let solved = solve(self.method, (program, start), self.progress)?;
+        let solved = solve(self.method, program, start, self.progress)?;
         self.iterations += solved.iterations;
         let cost = solved.motion.costs.iter().sum();
         let is_optimal = solved.is_optimum()
@@ -242,7 +242,8 @@ impl StepSearch<'_> {
     /// The last solve with its verdict; where it is no optimum, one of fewer steps is kept.
     fn ended(
         self,
-        (steps, solved): (usize, Solve),
+        steps: usize,
+        solved: Solve,
         coarse: Option<Solve>,
     ) -> Result<Optimum, OptimizeError> {
         let mut found = judged(self.setting, solved);
@@ -294,7 +295,8 @@ impl Solve {
 
 fn solve(
     method: &mut dyn NlpSolver,
-    (program, mut start): (Transcription, MethodStart),
+    program: Transcription,
+    mut start: MethodStart,
     progress: &Progress,
 ) -> Result<Solve, OptimizeError> {
     let steps = program.problem().steps;

@@ -60,7 +60,8 @@ impl Sampling {
     /// # Errors
     /// [`TerminalRateError`].
     pub fn new(
-        (signals, first): (SignalStates, usize),
+        signals: SignalStates,
+        first: usize,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
@@ -93,7 +94,7 @@ impl Sampling {
         let held = &before.internal[self.first..self.first + self.signals.count()];
         let by = |place: usize, held: &[f64]| {
             let own = self.tangents.iter();
-            own.filter_map(|(k, own)| own.of_sample(*k, at, (place, held))).collect()
+            own.filter_map(|(k, own)| own.of_sample(*k, at, place, held)).collect()
         };
         Some(self.signals.sample_changes(number, at, held, &by))
     }

@@ -171,7 +171,7 @@ impl Sensitivities {
             growth: vec![DerivativeGrowth::NONE; directions.len()],
             sizes: directions.iter().map(|own| norm(&own.start.q)).collect(),
             directions,
-            linearization: Linearization::new(run.method(), (n, m), run.rows()),
+            linearization: Linearization::new(run.method(), n, m, run.rows()),
             sources: Sources::zero(n, m),
             of_step: StepGradient::zero(n, controls.unwrap_or(0)),
             state_rates: vec![0.0; state.internal.len()],

@@ -193,7 +193,8 @@ impl NodeReader {
     fn with<T>(
         &self,
         y: &dyn NodeQuantity,
-        (state, known): (&State, Known<'_>),
+        state: &State,
+        known: Known<'_>,
         then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
         let at = state.configuration();
@@ -269,7 +270,7 @@ impl NodeReader {
     /// The number at a node. Not a number where the node is not determined.
     #[must_use]
     pub fn value(&self, y: &dyn NodeQuantity, state: &State, known: Known<'_>) -> f64 {
-        self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
+        self.with(y, state, known, |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
     /// The derivatives of a number of a node that follows from its state, by `q` and by `p̄`, and
@@ -321,7 +322,7 @@ impl NodeReader {
         let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
         let mut of_level = vec![0.0; *m];
         let ByKnown { lambda: by_lambda, a: by_a, force } = by_known;
-        let own = self.with(y, (state, known), |node| {
+        let own = self.with(y, state, known, |node| {
             let lambda = if known.lambda.is_some() { by_lambda } else { &mut of_level[..] };
             let a = if known.a.is_some() { by_a } else { &mut of_a[..] };
             let out = NodeSlopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };

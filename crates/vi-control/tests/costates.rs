@@ -179,7 +179,7 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let end = Costate { q: random(), p: random(), z: Vec::new() };
     let mut worst = 0.0_f64;
     for (along, mut sweep) in sweeps {
-        let mut general = Linearization::new(run.method(), (n, m), run.rows());
+        let mut general = Linearization::new(run.method(), n, m, run.rows());
         let ours = back(run, &mut *sweep, (&taken, &nodes), end.clone(), along);
         let other = back(run, &mut general, (&taken, &nodes), end.clone(), along);
         let off = [(&ours.a, &other.a), (&ours.b, &other.b)].map(|(x, y)| apart(x, y));
@@ -244,7 +244,7 @@ fn of_random_trees_by_galerkin_steps() {
 fn defect(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
     let (n, m) = (run.state().q.len(), run.constraints().len());
     let mut sweep = run.costate_sweep(CostateTangents::OfMechanism)?;
-    let mut general = Linearization::new(run.method(), (n, m), run.rows());
+    let mut general = Linearization::new(run.method(), n, m, run.rows());
     let mut random = || (0..n).map(|_| sample.number()).collect::<Vec<f64>>();
     let (mut worst, mut tangent) = (0.0_f64, Tangent::zero(n, 0)); // which stays one
     for _ in 0..steps {

@@ -46,7 +46,7 @@ fn a_step_backward_is_the_transposed_of_one_forward() {
             let (mut run, controls, _) = run_with(subject, options(SchemeKind::Nodal, s, 0.02), 5);
             let (n, m) = (run.state().q.len(), run.constraints().len());
             let internal = run.state().internal.len();
-            let mut step = Linearization::new(run.method(), (n, m), run.rows());
+            let mut step = Linearization::new(run.method(), n, m, run.rows());
             let mut worst: f64 = 0.0;
             for k in 0..5 {
                 controls.set(k);

@@ -107,7 +107,8 @@ pub fn inverse_root(x: f64) -> f64 {
 /// yet, in ascending order. `adjacent`: in ascending order. `None` where there is too much fill.
 fn elimination_order(
     mut adjacent: Vec<Vec<u32>>,
-    (most, by): (usize, Order),
+    most: usize,
+    by: Order,
 ) -> Option<Vec<(usize, Vec<u32>)>> {
     const FEW: usize = 4096; // updates that are never too many
     let most = FEW.max(most * adjacent.len());
@@ -252,7 +253,7 @@ impl BlockLu {
             own.sort_unstable();
             own.dedup();
         }
-        let order = elimination_order(adjacent, (most, by))?;
+        let order = elimination_order(adjacent, most, by)?;
         let numbering = Numbering::new(&order);
         let (mut pivots, mut neighbours, mut updates) = (Vec::new(), Vec::new(), Vec::new());
         for (&start, (group, own)) in numbering.starts.iter().zip(&order) {

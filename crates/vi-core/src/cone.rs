@@ -207,7 +207,7 @@ impl ConeSolver {
         {
             let (block, now) =
                 (Matrix3::from_diagonal_element(*a), Vector3::new(lambda[0], 0.0, 0.0));
-            lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0), 0.0), 1.0, &now)[0];
+            lambda[0] = local::law(*law, &block, &Vector3::new(*w, 0.0, 0.0), 0.0, 1.0, &now)[0];
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
         self.problem.load(cones, w_matrix, w, errors);
@@ -486,7 +486,7 @@ impl ConeSolver {
             false => 0.0,
         });
         let error = problem.largest_error(row..row + rows);
-        let next = local::law(cone, (&A, &c, error), part, &now);
+        let next = local::law(cone, &A, &c, error, part, &now);
         let mut change = 0.0_f64;
         for i in 0..rows {
             let value = next[i];

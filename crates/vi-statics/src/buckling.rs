@@ -144,9 +144,9 @@ impl StaticProblem {
             if !real.theta.iter().any(|theta| *theta > 0.0) {
                 return Err(BucklingError::NoPotential(asymmetry));
             }
-            return self.listed(pencil, K_1, &real, (count, asymmetry));
+            return self.listed(pencil, K_1, &real, count, asymmetry);
         }
-        self.listed(pencil, K_1, found, (count, 0.0))
+        self.listed(pencil, K_1, found, count, 0.0)
     }
 
     /// The lowest loads of real `θ`.
@@ -155,7 +155,8 @@ impl StaticProblem {
         pencil: &mut Pencil,
         K_1: &SparseMatrix,
         found: &BucklingSubspace,
-        (count, asymmetry): (usize, f64),
+        count: usize,
+        asymmetry: f64,
     ) -> Result<Buckling, BucklingError> {
         let BucklingSubspace { theta, X } = found;
         let small = found.rounding();

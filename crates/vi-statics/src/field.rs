@@ -42,7 +42,8 @@ pub(crate) struct Movement {
 pub(crate) fn check_constraints(
     mechanism: &Mechanism,
     [before, after]: [Configuration<'_>; 2],
-    (field, turn): (&Field, &AxisRotation),
+    field: &Field,
+    turn: &AxisRotation,
     speed: f64,
 ) -> Result<(), String> {
     let (m, n) = (mechanism.len(), before.q.len());

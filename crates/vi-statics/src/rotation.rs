@@ -156,7 +156,7 @@ impl SteadyRotation {
         let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
         let after = Configuration { t, q: &turned, angles: &angles, internal: &[] };
         let field = self.field(mechanism.description());
-        check_constraints(mechanism, [before, after], (&field, &turn), speed)
+        check_constraints(mechanism, [before, after], &field, &turn, speed)
             .map_err(RotationError::Constraint)?;
         forces_go_along(system, [before, after], &field, &turn).map_err(RotationError::Force)
     }

@@ -94,7 +94,7 @@ impl SteadyMotion {
             let axes: Vec<SpinAxes> = axes(description, &rolling, of_nodes);
             let mut first = None;
             for (moves, turns) in splits {
-                let motion = Self::nearest(description, &axes, (q, v), moves, turns);
+                let motion = Self::nearest(description, &axes, q, v, moves, turns);
                 let mut own = vec![0.0; q.len()];
                 motion.field(description).velocity(q, &mut own);
                 let rest = v.iter().all(|v| *v == 0.0);
@@ -116,7 +116,8 @@ impl SteadyMotion {
     fn nearest(
         description: &Description,
         axes: &[SpinAxes],
-        (q, v): (&[f64], &[f64]),
+        q: &[f64],
+        v: &[f64],
         moves: bool,
         turns: &[Vector3<f64>],
     ) -> Self {
@@ -246,7 +247,7 @@ impl SteadyMotion {
         let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
         let after = Configuration { t: time, q: &moved, angles: &angles, internal: &[] };
         let field = self.field(description);
-        check_constraints(mechanism, [before, after], (&field, &displaced), speed)
+        check_constraints(mechanism, [before, after], &field, &displaced, speed)
             .map_err(SteadyMotionError::Constraint)?;
         forces_go_along(system, [before, after], &field, &displaced)
             .map_err(SteadyMotionError::Force)?;

@@ -86,7 +86,7 @@ impl Equalities<'_> {
 
     /// The pose of a link in space as the description draws it.
     fn pose(&self, link: Option<usize>) -> Isometry3<f64> {
-        in_space(self.links, (link, Isometry3::identity()), |link| link.frame)
+        in_space(self.links, link, Isometry3::identity(), |link| link.frame)
     }
 
     /// The link that an attribute names; the ground without it.

@@ -58,7 +58,7 @@ pub(crate) fn robot(
     let Bodies { mut links, sites, mocaps, planes, .. } = bodies;
     let unread = geoms.unread;
     unique_names(&links)?;
-    let mut tendons = Tendons::read(root, &defaults, (&mut links, &sites), remarks)?;
+    let mut tendons = Tendons::read(root, &defaults, &mut links, &sites, remarks)?;
     let known = (links.as_mut_slice(), &mut tendons, &defaults);
     actuator::servos(root, known, options.actuators, remarks)?;
     if links.is_empty() {

@@ -34,7 +34,8 @@ impl Tendons {
     pub(super) fn read(
         root: &XmlElement,
         defaults: &Defaults,
-        (links, sites): (&mut [RobotLink], &[NamedFrame]),
+        links: &mut [RobotLink],
+        sites: &[NamedFrame],
         remarks: &mut Remarks,
     ) -> Result<Self> {
         let mut own = Self::default();
@@ -143,7 +144,7 @@ fn length(path: &LengthPath, links: &[RobotLink]) -> f64 {
     let place = |site: &NamedFrame| {
         let moved = |pose, joint: &RobotJoint| joint.moved_by(&pose, joint.rest - joint.reference);
         let placed = |link: &RobotLink| link.joints.iter().fold(link.frame, moved);
-        in_space(links, (site.link, site.pose), placed).translation.vector
+        in_space(links, site.link, site.pose, placed).translation.vector
     };
     match path {
         LengthPath::Joints(terms) => terms.iter().map(|(name, factor)| factor * rest(name)).sum(),

@@ -385,7 +385,7 @@ impl Beam {
     ) -> Result<Option<SectionsAlong<T>>, Problem> {
         let Some(Stations::Rows(rows)) = &self.stations else { return Ok(None) };
         let length = re(drawn_length(meshes));
-        SectionsAlong::new((rows, number), &self.section, length).map(Some)
+        SectionsAlong::new(rows, number, &self.section, length).map(Some)
     }
 
     /// Sections along each element, where it has stations.

@@ -86,7 +86,8 @@ impl<T: Number> SectionsAlong<T> {
     /// Of stations that rise from 0 to the length of the beam, and the section where they state
     /// none; `number`: of those at key paths below that of the beam.
     pub(crate) fn new(
-        (rows, number): (&[Station], &dyn Fn(&str, f64) -> T),
+        rows: &[Station],
+        number: &dyn Fn(&str, f64) -> T,
         base: &Section,
         length: f64,
     ) -> Result<Self, Problem> {

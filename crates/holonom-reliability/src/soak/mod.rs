@@ -184,7 +184,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     }
     for (words, reason) in failed.iter().filter(|_| request.failures) {
         let smallest = minimise_failure(&request.mechanism(reason.first), words);
-        print(reason.first, &store(&request, "failed", reason.first, (words, &smallest))?);
+        print(reason.first, &store(&request, "failed", reason.first, words, &smallest)?);
     }
     Ok(faults.is_empty())
 }
@@ -211,7 +211,7 @@ fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, Str
     let FaultyMechanism { index, fault } = case;
     let model = request.mechanism(*index);
     let smallest = minimise(&model, request.checks(*index), None, fault);
-    store(request, &format!("{:?}", fault.kind), *index, (&fault.words, &smallest))
+    store(request, &format!("{:?}", fault.kind), *index, &fault.words, &smallest)
 }
 
 /// Writes a model with the words about it.
@@ -219,7 +219,8 @@ fn store(
     request: &SoakRequest,
     kind: &str,
     index: u64,
-    (words, model): (&str, &Model),
+    words: &str,
+    model: &Model,
 ) -> Result<PathBuf, String> {
     let name = format!("{kind}-{}-{index}.toml", request.part.seed).to_lowercase();
     let path = request.output.join(name);

@@ -177,7 +177,7 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
-        Self::with_events(model, frames, moments, (sensors, &[], &[]))
+        Self::with_events(model, frames, moments, sensors, &[], &[])
     }
 
     /// The same of a run with events and contacts: what events released is no longer drawn.
@@ -186,7 +186,9 @@ impl Scene {
         model: &Model,
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
-        (sensors, events, contacts): (Option<&TimeSeries>, &[EventRecord], &[ContactRow]),
+        sensors: Option<&TimeSeries>,
+        events: &[EventRecord],
+        contacts: &[ContactRow],
     ) -> Option<Self> {
         let parts = SceneParts::new(model, frames)?.releasing(events);
         let member = |member: &holonom_sim::sample::Member| SceneMember {

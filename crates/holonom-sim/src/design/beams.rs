@@ -37,7 +37,7 @@ impl NumberChain<'_> {
                 .clone()
                 .any(|node| out.q[FRAME * node..FRAME * (node + 1)].iter().any(|own| *own != 0.0));
             if moves || drawn || self.slopes.touches(&key) {
-                self.beam((beam, parts), &longer, &mut changes)?;
+                self.beam(beam, parts, &longer, &mut changes)?;
             }
         }
         if changes.is_empty() {
@@ -89,7 +89,8 @@ impl NumberChain<'_> {
     /// How the elements of a beam change.
     fn beam(
         &self,
-        (beam, parts): (&Beam, &BeamParts),
+        beam: &Beam,
+        parts: &BeamParts,
         longer: &[f64],
         changes: &mut Vec<ElementChange>,
     ) -> Result<(), ModelError> {
@@ -182,14 +183,14 @@ impl NumberChain<'_> {
             }
         };
         let both = [vector("force", load.force), vector("torque", load.torque)];
-        self.load_moves((&key, load), both.map(|own| own.map(|x| x.re)), found)?;
+        self.load_moves(&key, load, both.map(|own| own.map(|x| x.re)), found)?;
         let by: [Vector3<f64>; 2] = both.map(|own| eps(&own));
         if by.iter().all(|own| own.amax() == 0.0) {
             return Ok(());
         }
         let history = TimeFunctions::new(self.model).history("", &load.history);
         let System { beams, dynamics, .. } = self.system;
-        let loads = loads_along(load, by, &history, (&dynamics.parts, &beams.list))?;
+        let loads = loads_along(load, by, &history, &dynamics.parts, &beams.list)?;
         let named = |own| (load.name.clone(), Arc::new(WholeForce(Box::new(own))) as _);
         found.numbers.forces.extend(loads.into_iter().map(named));
         let [force, torque] = by.map(Into::into);
@@ -202,7 +203,8 @@ impl NumberChain<'_> {
     /// place.
     fn load_moves(
         &self,
-        (key, load): (&str, &Load),
+        key: &str,
+        load: &Load,
         by: [Vector3<f64>; 2],
         found: &mut ModelTangent,
     ) -> Result<(), ModelError> {

@@ -175,7 +175,7 @@ impl NumberChain<'_> {
             };
             let position = shape.position.unwrap_or_default();
             let position = self.slopes.vector(&format!("{key}.position"), position);
-            let found = shape.contact_shape_of(&axes, (&at, position), Vec::new());
+            let found = shape.contact_shape_of(&axes, &at, position, Vec::new());
             let below = format!("{key}.");
             let left =
                 |own: &String| is_own && own.starts_with(&below) && !own.ends_with(".density");

@@ -37,13 +37,13 @@ impl NumberChain<'_> {
             let (key, out) = (format!("load.{}", load.name), &mut found.numbers);
             match load.beam {
                 Some(_) => self.load_along(load, found)?,
-                None => self.load((&key, &load.name), load, out),
+                None => self.load(&key, &load.name, load, out),
             }
         }
         let out = &mut found.numbers;
         for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
             let (key, name) = (format!("control.{}", own.name), Input::of(own).source());
-            own.load().into_iter().for_each(|load| self.load((&key, &name), &load, out));
+            own.load().into_iter().for_each(|load| self.load(&key, &name, &load, out));
         }
         Ok(())
     }
@@ -222,7 +222,7 @@ impl NumberChain<'_> {
 
     /// A load on a body or on a particle, or what the value 1 of a control is: its key, and the
     /// name of its force.
-    fn load(&self, (key, name): (&str, &str), load: &Load, out: &mut MechanismTangent) {
+    fn load(&self, key: &str, name: &str, load: &Load, out: &mut MechanismTangent) {
         let Some(member) = load.body.as_deref() else { return };
         let vector = |part: &str, value| self.slopes.vector(&format!("{key}.{part}"), value);
         let (force, torque) = (vector("force", load.force), vector("torque", load.torque));

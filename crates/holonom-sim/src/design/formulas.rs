@@ -169,7 +169,8 @@ impl<'a> Formulas<'a> {
     /// The same of a number of a section that holds expressions, too.
     fn entry(
         &self,
-        (path, number): (&str, f64),
+        path: &str,
+        number: f64,
         formula: &Formula,
     ) -> Result<Option<Formula>, ModelError> {
         match number {
@@ -296,7 +297,7 @@ impl NumberChain<'_> {
         let key = format!("bushing.{}", bushing.name);
         let entry = |path: &str, formula: &Formula| {
             let value = formula.0.parse().unwrap_or_default();
-            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+            self.formulas.entry(path, self.slopes.number(path, value).eps, formula)
         };
         let mut moves = false;
         for (part, matrix) in
@@ -337,7 +338,7 @@ impl NumberChain<'_> {
         let key = format!("constraint.{name}");
         let entry = |path: &str, formula: &Formula| {
             let value = formula.0.parse().unwrap_or_default();
-            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+            self.formulas.entry(path, self.slopes.number(path, value).eps, formula)
         };
         let factors = terms.iter_mut().enumerate();
         let factors = factors.map(|(k, own)| (format!("{key}.terms.{k}.factor"), &mut own.factor));

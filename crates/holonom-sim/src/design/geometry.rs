@@ -74,7 +74,7 @@ impl NumberChain<'_> {
             FrameId::Frame(k) => self.placed(k),
             FrameId::Ground => (Vector3::zeros(), Matrix3::identity()),
         };
-        Side::placed(frame, (&center, &triad), point, axes)
+        Side::placed(frame, &center, &triad, point, axes)
     }
 
     /// How a joint at these points and axes changes; refused where it is not that of the mechanism.
@@ -333,7 +333,7 @@ impl NumberChain<'_> {
                 }
                 Constraint::PointOnLine { parent, child, position, axis, relative_to, .. }
                 | Constraint::PointOnPlane { parent, child, position, axis, relative_to, .. } => {
-                    self.guide(&key, [parent, child], (*position, *axis), relative_to.as_deref())?
+                    self.guide(&key, [parent, child], *position, *axis, relative_to.as_deref())?
                 }
                 Constraint::Motion { path, .. } => {
                     let change = self.path_change(&format!("{key}.path"), path)?;
@@ -378,7 +378,8 @@ impl NumberChain<'_> {
         &self,
         key: &str,
         members: [&String; 2],
-        (position, axis): ([f64; 3], [f64; 3]),
+        position: [f64; 3],
+        axis: [f64; 3],
         relative_to: Option<&str>,
     ) -> Result<Option<ScalarTangent>, ModelError> {
         let base = self.placements.base(relative_to);

@@ -355,7 +355,7 @@ pub(crate) fn mechanism_design(
         }
         let places = dynamics.variational(mechanism).places_of_works();
         let works = places.zip(dynamics.works.iter().map(|own| own.force.as_str()));
-        own.with_works((mechanism, forces), mass, &numbers, works)
+        own.with_works(mechanism, forces, mass, &numbers, works)
     };
     found.and_then(with_works).map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

@@ -163,7 +163,7 @@ fn forward(text: &str) -> Vec<(String, f64)> {
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);
     let run = prepared.simulation.integrator();
-    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let changes = begin.changes(&of, run, &design, &tangents).unwrap();
     let all = tangents.iter().zip(&changes).enumerate();
     let directions = all.map(|(k, (own, change))| Direction {
         start: begin.tangent(run, change, Some(own)),

@@ -199,7 +199,8 @@ impl Runs<'_> {
         &self,
         of: (&ModelGradient, f64),
         by: ChangedBy,
-        (exact, directions): (&[f64], &[Vec<f64>]),
+        exact: &[f64],
+        directions: &[Vec<f64>],
     ) -> Result<Vec<DirectionalCheck>, GradientFailure> {
         let levels = 4.0 + (of.0.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
         let mut best: Vec<DirectionalCheck> = Vec::new();
@@ -272,7 +273,7 @@ impl Runs<'_> {
             let mut one = |k| Self::part(gradient, by, &mut random, k);
             let direction = |_| (0..exact.len()).map(&mut one).collect();
             let directions: Vec<Vec<f64>> = (0..DIRECTIONS).map(direction).collect();
-            let found = self.resolving_most((gradient, value), by, (&exact, &directions))?;
+            let found = self.resolving_most((gradient, value), by, &exact, &directions)?;
             for (k, own) in found.into_iter().enumerate() {
                 let DirectionalCheck { difference, derivative, size, unresolved, .. } = own;
                 let (apart, scale) = (own.apart() - unresolved, own.scale());

@@ -107,7 +107,7 @@ pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(&model, mechanism);
     let run = prepared.simulation.integrator();
-    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let changes = begin.changes(&of, run, &design, &tangents).unwrap();
     let coordinates = of.coordinates_with(&[]).unwrap();
     let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
     let (mass, rows, at) = (&begin.mass, begin.rows(), begin.at());

@@ -385,7 +385,7 @@ fn sweep(
     let changes: Vec<StartTangent> = match given.is_empty() {
         true => {
             let run = prepared.simulation.integrator();
-            begin.changes(&of, run, (&design, &tangents))?
+            begin.changes(&of, run, &design, &tangents)?
         }
         false => begin.given(&of, &tangents, &given)?.parameters,
     };

@@ -138,11 +138,11 @@ impl Costs {
         for own in chosen {
             match prices.nodes.get(&own.name) {
                 Some(at) => costs.add_at_nodes(model, (system, run), (own, at), tangents)?,
-                None => costs.add(model, (system, run), own, tangents)?,
+                None => costs.add(model, system, run, own, tangents)?,
             }
         }
-        costs.add_rest(model, (system, run), &prices.rest, tangents)?;
-        costs.add_turns(model, (system, run), &prices.turns, tangents);
+        costs.add_rest(model, system, run, &prices.rest, tangents)?;
+        costs.add_turns(model, system, run, &prices.turns, tangents);
         Ok(costs)
     }
 
@@ -177,7 +177,8 @@ impl Costs {
     fn add_turns(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         turns: &BTreeMap<usize, Vec<(usize, f64)>>,
         tangents: &[ModelTangent],
     ) {
@@ -201,7 +202,8 @@ impl Costs {
     fn add_rest(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         rest: &PriceOfRest,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
@@ -224,7 +226,8 @@ impl Costs {
     fn add(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {

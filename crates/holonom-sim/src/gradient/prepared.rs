@@ -145,7 +145,7 @@ impl Prepared {
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let masses = forces::masses((model, system), run, true);
         let sources = NodeSources { level: None, masses };
-        let sampling = Sampling::new((signals, first), run, &numbers, sources);
+        let sampling = Sampling::new(signals, first, run, &numbers, sources);
         let refusal = |error: TerminalRateError| {
             refused("signal", error.to_string(), "sample nothing of velocities")
         };
@@ -156,12 +156,12 @@ impl Prepared {
     /// `J` of the run from its start.
     pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
         let Self { simulation, controls, costs, steps, .. } = self;
-        Ok(values_along(simulation, (controls, *steps), &[costs])?.iter().sum())
+        Ok(values_along(simulation, controls, *steps, &[costs])?.iter().sum())
     }
 
     /// The values of other costs along the run from its start.
     pub(crate) fn values_of(&mut self, costs: &[&Costs]) -> Result<Vec<f64>, GradientFailure> {
-        values_along(&mut self.simulation, (&self.controls, self.steps), costs)
+        values_along(&mut self.simulation, &self.controls, self.steps, costs)
     }
 }
 
@@ -210,7 +210,8 @@ impl StepCosts {
     fn add_node(
         &self,
         all: &mut [PathCost<&Costs>],
-        (run, controls): (&mut MechanismIntegrator, &Controls),
+        run: &mut MechanismIntegrator,
+        controls: &Controls,
         step: usize,
     ) -> Result<(), GradientFailure> {
         let (is_first, is_last) = (step == 0, step == self.steps);
@@ -233,11 +234,11 @@ impl StepCosts {
         for PathCost { own, value, .. } in all {
             let which = if is_first { Which::All } else { Which::OfAccelerations };
             if is_first || is_last {
-                *value += own.sum.steps().of(which, (state, Known::STATE), at);
+                *value += own.sum.steps().of(which, state, Known::STATE, at);
             }
             if !is_first {
                 let known = Known { lambda: Some(&found.lambda), a: a.as_deref() };
-                *value += own.sum.steps().of(Which::OfForces, (state, known), at);
+                *value += own.sum.steps().of(Which::OfForces, state, known, at);
             }
         }
         Ok(())
@@ -251,7 +252,7 @@ impl StepCosts {
             let at = NodePlace { weight: self.h, is_last: false };
             for PathCost { own, value, .. } in all {
                 let known = Known { a: Some(&a), ..Known::STATE };
-                *value += own.sum.steps().of(Which::OfAccelerations, (node, known), at);
+                *value += own.sum.steps().of(Which::OfAccelerations, node, known, at);
             }
         }
         self.before = Some(next);
@@ -297,7 +298,8 @@ impl<C: Borrow<Costs>> PathCost<C> {
 /// The values of costs along a run of this many steps.
 fn values_along(
     simulation: &mut Simulation,
-    (controls, steps): (&Controls, usize),
+    controls: &Controls,
+    steps: usize,
     costs: &[&Costs],
 ) -> Result<Vec<f64>, GradientFailure> {
     let h = simulation.settings.step;
@@ -307,7 +309,7 @@ fn values_along(
     let accelerate = costs.iter().any(|own| own.sum.counts_accelerations());
     let mut beside = StepCosts { before: None, steps, h };
     for step in 0..steps {
-        beside.add_node(&mut all, (run, controls), step)?;
+        beside.add_node(&mut all, run, controls, step)?;
         controls.set(step);
         let w = controls.at(step);
         let (node, mut dq) = (accelerate.then(|| run.state().clone()), Vec::new());
@@ -325,7 +327,7 @@ fn values_along(
         controls.set(step + 1); // those of the step from a node act there
         all.iter_mut().for_each(|own| own.reach(run.state()));
     }
-    beside.add_node(&mut all, (run, controls), steps)?;
+    beside.add_node(&mut all, run, controls, steps)?;
     let state = run.state();
     Ok(all.iter_mut().map(|own| own.end(state, controls, h)).collect())
 }
@@ -459,7 +461,7 @@ impl Begin {
             if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
                 signals.add_rates(at.moving(&self.v), &mut rates);
             }
-            match resting_change(run, at, (q, rates)) {
+            match resting_change(run, at, q, rates) {
                 Ok(own) => run.system().places_of_signals().for_each(|k| z[k] = own[k]),
                 Err(_) => z.fill(f64::NAN),
             }
@@ -482,7 +484,8 @@ impl Begin {
         &self,
         of: &StartOf<'_>,
         run: &MechanismIntegrator,
-        (design, tangents): (&MechanismDesign, &[ModelTangent]),
+        design: &MechanismDesign,
+        tangents: &[ModelTangent],
     ) -> Result<Vec<StartTangent>, ModelError> {
         match self.how {
             How::Relaxed { .. } | How::Standing { .. } => of.of_equilibrium(run, design, tangents),

@@ -245,7 +245,7 @@ impl ModelTrials<'_> {
         let (changes, given) = match self.initial.is_empty() {
             true => {
                 let run = prepared.simulation.integrator();
-                (begin.changes(&of, run, (&design, &tangents))?, Vec::new())
+                (begin.changes(&of, run, &design, &tangents)?, Vec::new())
             }
             false => {
                 let joint = |name: &str| model.joints.iter().position(|own| own.name == name);

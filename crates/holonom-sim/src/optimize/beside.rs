@@ -61,9 +61,11 @@ struct LeastCost<'a> {
 
 impl<'a> LeastCost<'a> {
     fn new(
-        (text, overrides): (&'a ModelText, &'a [Override]),
+        text: &'a ModelText,
+        overrides: &'a [Override],
         settings: &'a Optimize,
-        (method, progress): (&'a mut dyn NlpSolver, &'a SearchWatch),
+        method: &'a mut dyn NlpSolver,
+        progress: &'a SearchWatch,
         point: Option<&'a HeldPoint>,
     ) -> Self {
         let parameters = settings.parameters.keys().cloned().collect();
@@ -290,7 +292,7 @@ pub(super) fn both(
 ) -> Result<FoundOptimum, OptimizeFailure> {
     let parameters = free(text, overrides, settings)?;
     movable(text, overrides, &parameters)?;
-    let mut least = LeastCost::new((text, overrides), settings, (method, progress), from);
+    let mut least = LeastCost::new(text, overrides, settings, method, progress, from);
     let counts = Conditions { values: vec![1.0], ..Conditions::default() };
     let most = settings.max_iterations;
     let found = minimise(&mut least, &counts, &parameters, most, &mut |_| true);
@@ -350,11 +352,12 @@ pub(super) fn both(
 #[cfg(all(test, feature = "pounce"))]
 pub(super) fn least_cost(
     text: &ModelText,
-    (settings, theta): (&Optimize, &[f64]),
+    settings: &Optimize,
+    theta: &[f64],
     method: &mut dyn NlpSolver,
     progress: &SearchWatch,
 ) -> Result<(f64, Vec<f64>), Refused> {
-    let mut least = LeastCost::new((text, &[]), settings, (method, progress), None);
+    let mut least = LeastCost::new(text, &[], settings, method, progress, None);
     let (mut cost, mut slopes) = ([0.0], DMatrix::zeros(1, theta.len()));
     least.evaluate(theta, &mut cost, Some(&mut slopes))?;
     Ok((cost[0], slopes.as_slice().to_vec()))

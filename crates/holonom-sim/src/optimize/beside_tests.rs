@@ -27,7 +27,7 @@ fn compare(name: &str, text: &str, by: &[(&str, f64)], optimize: &str) {
         .map(|own| by.iter().find(|(key, _)| key == own).map_or(f64::NAN, |own| own.1))
         .collect();
     let (cost, slopes) =
-        least_cost(&text, (&settings, &theta), &mut Pounce::default(), &watch()).unwrap();
+        least_cost(&text, &settings, &theta, &mut Pounce::default(), &watch()).unwrap();
     for ((key, value), slope) in settings.parameters.keys().zip(&theta).zip(&slopes) {
         let full = if key.contains('.') { key.clone() } else { format!("parameters.{key}") };
         let at = |value: f64| {

@@ -108,7 +108,7 @@ impl ProblemReader<'_> {
         let own = match Shown::of((self.model, self.rows), self.system, key, of, &[])? {
             Shown::Configuration(own, MeasuredReading::Rate) => NodeNumber::of_node(RateOf(own)),
             Shown::Node(own) => {
-                self.known(key, (of.0, &*own))?;
+                self.known(key, of.0, &*own)?;
                 NodeNumber::of_node(own)
             }
             Shown::Configuration(own, MeasuredReading::Value) => {
@@ -129,11 +129,7 @@ impl ProblemReader<'_> {
     }
 
     /// Refuses a number that is not one of a node and the step to it.
-    fn known(
-        &self,
-        key: &str,
-        (sensor, own): (&Sensor, &dyn NodeQuantity),
-    ) -> Result<(), ModelError> {
+    fn known(&self, key: &str, sensor: &Sensor, own: &dyn NodeQuantity) -> Result<(), ModelError> {
         let of_time = own.reads_time() && self.is_free;
         let (what, help) = match own.reads() {
             NodeReads { accelerations: true, .. } => {

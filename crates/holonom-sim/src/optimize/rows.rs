@@ -140,7 +140,7 @@ impl ResidualRows {
             }
             _ => [own.target, 1.0 / weight.sqrt()],
         };
-        self.read(model, (&key, &sensor), nodes, of_row);
+        self.read(model, &key, &sensor, nodes, of_row);
     }
 
     fn conditions(&mut self, model: &Model) -> Result<(), ModelError> {
@@ -158,7 +158,7 @@ impl ResidualRows {
             let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
             self.bounds.extend(vec![own.bounds(); nodes.len()]);
-            self.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
+            self.read(model, &format!("{key}.sensor"), &sensor, nodes, [0.0, 1.0]);
             self.conditions.push(first..self.count);
         }
         Ok(())
@@ -167,7 +167,8 @@ impl ResidualRows {
     fn read(
         &mut self,
         model: &Model,
-        (key, sensor): (&str, &str),
+        key: &str,
+        sensor: &str,
         nodes: Vec<usize>,
         [value, sigma]: [f64; 2],
     ) {

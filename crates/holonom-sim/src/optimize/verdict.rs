@@ -48,7 +48,7 @@ fn moved(model: &Model, motion: &SolvedMotion) -> Model {
                     path: MotionPath::default(),
                 });
             }
-            _ => effort_of_time(&mut own, control, (k, motion)),
+            _ => effort_of_time(&mut own, control, k, motion),
         }
     }
     plain(&mut own);
@@ -56,7 +56,7 @@ fn moved(model: &Model, motion: &SolvedMotion) -> Model {
 }
 
 /// Adds an effort beside the motor of its joint: a law of the time by a table of steps.
-fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &SolvedMotion)) {
+fn effort_of_time(model: &mut Model, control: &Control, k: usize, motion: &SolvedMotion) {
     let (name, table) = (control.name.clone(), model.free_name(&format!("values_{k}")));
     // zero after the last, as a history is
     let all = motion.controls.iter().map(|row| row[k]).chain([0.0]);

@@ -25,7 +25,8 @@ enum ForceSlope {
 impl ForceSlope {
     fn emit(
         self,
-        (system, force): (&SeparableSystem, usize),
+        system: &SeparableSystem,
+        force: usize,
         at: Configuration<'_>,
         out: &mut dyn Entries,
     ) {
@@ -64,14 +65,14 @@ fn stiffest(
     settings: &Settings,
 ) -> Option<String> {
     let emit = |system: &SeparableSystem, at: Configuration<'_>, out: &mut dyn Entries| {
-        laws.iter().for_each(|force| slope.emit((system, *force), at, out));
+        laws.iter().for_each(|force| slope.emit(system, *force, at, out));
     };
     let x = run.fastest_motions(&emit, &|_| false).ok()?.all.velocity;
     let (system, state) = (run.system(), run.state());
     let n = x.len();
     let share = |force: &usize| {
         let matrix = SparseMatrix::assemble(n, n, |out| {
-            slope.emit((system, *force), state.configuration(), out);
+            slope.emit(system, *force, state.configuration(), out);
         });
         (matrix.bilinear(&x, &x), *force)
     };

@@ -212,7 +212,7 @@ impl ContactWatch {
 
     /// Follows a step that was taken to `(t, q)`: its nodes, and what touches compliantly at its
     /// end.
-    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>, (t, q): (f64, &[f64])) {
+    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>, t: f64, q: &[f64]) {
         if !self.compliant.is_empty() {
             let now: Vec<ContactId> = self.pressed(q).collect();
             let before = std::mem::replace(&mut self.state.pressed, now);

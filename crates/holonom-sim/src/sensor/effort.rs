@@ -96,7 +96,8 @@ impl EffortSensor {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, all): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        all: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {

@@ -203,7 +203,8 @@ impl Gauge {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, forces): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        forces: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         let description = mechanism.description();
@@ -217,8 +218,8 @@ impl Gauge {
             }
             Self::Reaction(k, _) => joint().map(|own| *k = own).is_none(),
             Self::Tension(k) => bar().map(|own| *k = own).is_none(),
-            Self::Effort(effort) => effort.act_by(name, (mechanism, forces), idle),
-            Self::Power(power) => power.act_by(name, (mechanism, forces), idle),
+            Self::Effort(effort) => effort.act_by(name, mechanism, forces, idle),
+            Self::Power(power) => power.act_by(name, mechanism, forces, idle),
             Self::Work(work) => {
                 work.act_by(name, idle);
                 false // what was done stays

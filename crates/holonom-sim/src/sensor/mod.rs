@@ -295,7 +295,7 @@ impl Sensors {
         idle: &dyn Fn(&str, &str) -> bool,
     ) {
         for (gauge, of) in self.gauges.iter_mut().zip(&mut self.of) {
-            of.idle = gauge.act_by(&of.name, (mechanism, forces), idle);
+            of.idle = gauge.act_by(&of.name, mechanism, forces, idle);
         }
         if let Some(observer) = &mut self.observer {
             *observer = ReactionObserver::new(mechanism);

@@ -69,11 +69,12 @@ impl Power {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, all): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        all: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {
-            Self::Effort(effort) => effort.act_by(name, (mechanism, all), idle),
+            Self::Effort(effort) => effort.act_by(name, mechanism, all, idle),
             Self::Forces(forces, _) => {
                 **forces = all.only(name);
                 idle(name, "")

@@ -111,7 +111,8 @@ impl SectionGauge {
     /// element.
     pub(crate) fn moved(
         &self,
-        (curves, loads): (&Curves<'_>, &[holonom_model::Load]),
+        curves: &Curves<'_>,
+        loads: &[holonom_model::Load],
         by: PlaceChange<'_>,
     ) -> Option<(SectionPlace<Dual64>, Vec<BeamLoad<Dual64>>)> {
         let own = self.along.as_ref()?;

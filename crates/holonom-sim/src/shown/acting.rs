@@ -261,7 +261,7 @@ impl NodeQuantity for StatedEffort {
             None => {
                 let law = self.forces.forces.iter().find(|own| own.efforts(at.moving(v)).is_some());
                 if let Some(own) = law {
-                    own.add_effort_slopes(at.moving(v), (self.part, scale), out);
+                    own.add_effort_slopes(at.moving(v), self.part, scale, out);
                 }
             }
         }
@@ -481,12 +481,12 @@ pub(crate) fn of_sensor(
             let power = is_power.then_some(-1.0);
             let k = model.springs.iter().position(|own| own.name == sensor.of);
             let k = k.ok_or_else(|| no_derivative(key, sensor))?;
-            Some(Box::new(between_points((k, spring, damper), power, tangents)))
+            Some(Box::new(between_points(k, spring, damper, power, tangents)))
         }
         EffortSensor::Six(name, forces) => {
-            stated(system, (sensor, part), (forces, Some(name)), tangents)
+            stated(system, sensor, part, forces, Some(name), tangents)
         }
-        EffortSensor::Law(forces, _) => stated(system, (sensor, part), (forces, None), tangents),
+        EffortSensor::Law(forces, _) => stated(system, sensor, part, forces, None, tangents),
         EffortSensor::Row(..) => None,
     })
 }
@@ -515,7 +515,9 @@ fn along_joint(
 
 /// Spring `k` between points.
 fn between_points(
-    (k, spring, damper): (usize, Box<Spring>, Box<Damper>),
+    k: usize,
+    spring: Box<Spring>,
+    damper: Box<Damper>,
     power: Option<f64>,
     tangents: &[ModelTangent],
 ) -> AlongCoordinate {
@@ -541,8 +543,10 @@ fn between_points(
 /// A number of a law, or of the bushing of a name.
 fn stated(
     system: &System,
-    (sensor, part): (&Sensor, usize),
-    (forces, name): (Box<ForceElements>, Option<String>),
+    sensor: &Sensor,
+    part: usize,
+    forces: Box<ForceElements>,
+    name: Option<String>,
     tangents: &[ModelTangent],
 ) -> Option<Box<dyn NodeQuantity>> {
     let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();

@@ -127,7 +127,7 @@ pub(super) fn coordinate(asked: Asked<'_>) -> Result<Option<BallCoordinate>, Mod
     let joints = &asked.system.mechanism.description().joints;
     let found = joint_of(asked)?;
     let found = found.and_then(|(k, axis)| Some((k, axis?)));
-    Ok(found.map(|(k, axis)| BallCoordinate::new((&joints[k], k), axis, asked.tangents)))
+    Ok(found.map(|(k, axis)| BallCoordinate::new(&joints[k], k, axis, asked.tangents)))
 }
 
 /// What a sensor of such a joint shows; `None` of others.

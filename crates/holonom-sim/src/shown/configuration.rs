@@ -134,12 +134,12 @@ impl MeasuredNumber {
         let name = sensor.name.as_str();
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity => {
-                let axis = component(key, (name, part), model.header.dimension)?;
+                let axis = component(key, name, part, model.header.dimension)?;
                 let point = point(model, mechanism, &sensor.of, sensor.point);
                 Ok(match &sensor.seen_from {
                     None => Self::Point(PointComponent { point, axis }),
                     Some(observer) => {
-                        let [left, right] = seen(model, mechanism, (point, axis), observer);
+                        let [left, right] = seen(model, mechanism, point, axis, observer);
                         Self::Seen(BilinearRow::product(left, right, 0.0))
                     }
                 })
@@ -170,7 +170,8 @@ impl MeasuredNumber {
 /// The component of a vector that a sensor shows.
 fn component(
     key: &str,
-    (name, part): (&str, Option<&str>),
+    name: &str,
+    part: Option<&str>,
     dimension: usize,
 ) -> Result<usize, ModelError> {
     let axis = part
@@ -196,10 +197,10 @@ pub(crate) fn spin(
     if sensor.kind != SensorKind::AngularVelocity {
         return Ok(None);
     }
-    let (of, axis) = (FRAME * frame, component(key, (&sensor.name, part), 3)?);
+    let (of, axis) = (FRAME * frame, component(key, &sensor.name, part, 3)?);
     let Some(observer) = &sensor.seen_from else { return Ok(Some(Input::Spin(of, axis))) };
     let Some(base) = model.frame(observer) else { return Ok(None) };
-    let [_, along] = seen(model, mechanism, (Form::constant(Vector3::zeros()), axis), observer);
+    let [_, along] = seen(model, mechanism, Form::constant(Vector3::zeros()), axis, observer);
     Ok(Some(Input::RelativeSpin { of, base: FRAME * base, along }))
 }
 
@@ -207,7 +208,8 @@ pub(crate) fn spin(
 fn seen(
     model: &Model,
     mechanism: &Mechanism,
-    (point_seen, axis): (Form, usize),
+    point_seen: Form,
+    axis: usize,
     observer: &str,
 ) -> [Form; 2] {
     let mut along = [0.0; 3];

@@ -185,7 +185,7 @@ pub(crate) fn of_sensor(asked: Asked<'_>, rows: &IndependentRows) -> OfNode {
     let sensor = of.0;
     let Some(number) = number(model, system, key, of)? else { return accelerated(asked) };
     let mechanism = &system.mechanism;
-    if !is_unique((mechanism, rows), &number) {
+    if !is_unique(mechanism, rows, &number) {
         let what = format!(
             "the derivative of the sensor `{}`, which a redundant loop does not determine",
             sensor.name
@@ -330,7 +330,7 @@ fn number(
 }
 
 /// Whether such a number is determined at the initial configuration.
-fn is_unique((mechanism, rows): (&Mechanism, &IndependentRows), number: &ForceNumber) -> bool {
+fn is_unique(mechanism: &Mechanism, rows: &IndependentRows, number: &ForceNumber) -> bool {
     let q = mechanism.initial_configuration();
     let at = Configuration::new(0.0, &q);
     let mut observer = ReactionObserver::new(mechanism);

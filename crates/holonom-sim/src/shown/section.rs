@@ -47,7 +47,7 @@ impl ChangedSection {
         let at = own.along.sensors.get(name).copied().unwrap_or_default();
         let by = PlaceChange { at, loads: &own.along.loads, longer: &longer };
         let moves = own.elements.is_some() || at != 0.0 || !own.along.loads.is_empty();
-        let moved = moves.then(|| gauge.moved((curves, &model.loads), by)).flatten();
+        let moved = moves.then(|| gauge.moved(curves, &model.loads, by)).flatten();
         if moved.as_ref().is_some_and(|(place, loads)| place.passes(loads)) {
             let what = format!(
                 "the derivative by `{}`, with which its place passes a node or a load: a jump",

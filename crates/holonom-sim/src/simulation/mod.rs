@@ -169,7 +169,7 @@ impl Simulation {
             true => StatedStart::of(&mechanism),
             false => StatedStart::given(&mechanism, &start),
         };
-        let start = separation::separated(model, (&mechanism, &dynamics, &contacts), t, start)?;
+        let start = separation::separated(model, &mechanism, &dynamics, &contacts, t, start)?;
         let at = InitialValues::new(t, &start.q, &start.v).with_angles(&start.angles);
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();

@@ -247,7 +247,7 @@ impl Simulation {
     pub(crate) fn follow_step(&mut self, report: StepReport) -> Result<(), RunFailure> {
         self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
         let (step, t, q) = self.stepper.place();
-        self.contacts.follow_step(self.stepper.contacts(), (t, q));
+        self.contacts.follow_step(self.stepper.contacts(), t, q);
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
             let (message, remedy) = bent_too_far(&folded);
@@ -358,7 +358,7 @@ impl Simulation {
         loops.follow(mechanism, q);
         let kinetic = node.hamiltonian_projected.kinetic;
         let here = Configuration::new(t, q);
-        rolling.follow_node(mechanism, here, (at.force, kinetic), stepper.rows());
+        rolling.follow_node(mechanism, here, at.force, kinetic, stepper.rows());
         energies.read(&at, &mut sample.energies);
         rotation.follow(t, &node.v);
         let notice = watch.follow(&at, energies, &sample.energies);

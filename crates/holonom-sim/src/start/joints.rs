@@ -165,11 +165,7 @@ fn revolved(mechanism: &Mechanism, of_state: &[f64], places: &[Given<'_>], q: &[
 }
 
 /// `v = P(q) ν` with the rates `ν` that velocities `v_old` have at `q_old`.
-pub(super) fn carried(
-    mechanism: &Mechanism,
-    (q_old, v_old): (&[f64], &[f64]),
-    q: &[f64],
-) -> Vec<f64> {
+pub(super) fn carried(mechanism: &Mechanism, q_old: &[f64], v_old: &[f64], q: &[f64]) -> Vec<f64> {
     let tree = TreeMap::new(mechanism);
     velocities_of_tree(&tree, q, rates_of_tree(&tree, q_old, v_old))
 }

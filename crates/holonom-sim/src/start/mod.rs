@@ -120,7 +120,7 @@ impl StartValues {
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
-            rolling::offer_rolling(model, mechanism, (&q, &v), &mut missed);
+            rolling::offer_rolling(model, mechanism, &q, &v, &mut missed);
             return Err(ModelError::InconsistentStart(missed));
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {

@@ -67,7 +67,7 @@ impl<'a> IndependentCoordinates<'a> {
         let of_positions = equations::of_positions(mechanism, rows).len();
         if chosen.len() + of_positions != mechanism.dim() {
             let at = InitialValues::new(0.0, q, q);
-            *chosen = independent(model, (mechanism, rows), at, first).ok()?;
+            *chosen = independent(model, mechanism, rows, at, first).ok()?;
         }
         Some(chosen.iter().map(|own| own.2.clone()).collect())
     }

@@ -80,7 +80,7 @@ impl<'a> StatedBushing<'a> {
         let mut efforts = [None; 6];
         if let Some(force) = &self.bushing.force {
             for (effort, formula) in efforts.iter_mut().zip(force) {
-                *effort = Some(terms.formula((&owner, &key), formula, &own)?);
+                *effort = Some(terms.formula(&owner, &key, formula, &own)?);
             }
             efforts[0] = self.within_range(terms, efforts[0], &own);
             return Ok(efforts);
@@ -100,7 +100,7 @@ impl<'a> StatedBushing<'a> {
                     }
                     let entry = entries.iter().find(|own| (own.0, own.1) == (row, column));
                     let Some((.., formula)) = entry else { continue };
-                    let factor = terms.formula((&owner, &key), formula, &own)?;
+                    let factor = terms.formula(&owner, &key, formula, &own)?;
                     let name = &names[6 * of + column];
                     text += &format!(" - {name}*{letter}{}", column + 1);
                     from.push((name, factor));

@@ -43,7 +43,7 @@ pub(crate) fn add_contacts(
             continue;
         }
         for pair in own {
-            add_pair(builder, pair, (names, &mut known), [origins, &mut compliant])?;
+            add_pair(builder, pair, names, &mut known, [origins, &mut compliant])?;
         }
     }
     origins.append(&mut compliant);
@@ -54,7 +54,8 @@ pub(crate) fn add_contacts(
 fn add_pair<'a>(
     builder: &mut MechanismBuilder,
     pair: &ContactPair<'a>,
-    (names, known): (&Names<'a>, &mut KnownShapes<'a>),
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
     [by_impulses, compliant]: [&mut Vec<ContactOrigin>; 2],
 ) -> Result<(), ModelError> {
     let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
@@ -80,7 +81,7 @@ fn add_pair<'a>(
                 let [on_a, on_b] = shapes;
                 let (shapes, law) =
                     (ShapePair::new(on_a, on_b).map_err(refused)?, law(pair.contact));
-                let own = Arc::new(rigid([a, b.as_str()], frames, shapes, (contact, law)));
+                let own = Arc::new(rigid([a, b.as_str()], frames, shapes, contact, law));
                 builder.contact(own.clone());
                 (ShapeElement::Rigid(own), &mut *by_impulses)
             }

@@ -22,7 +22,7 @@ pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<Shap
     let element = |[a, b]: [ContactShape; 2]| {
         let pair = ShapePair::new(a, b).ok()?;
         let law = ContactLaw::Frictionless { restitution: 0.0 };
-        Some(ShapeElement::Rigid(Arc::new(rigid(bodies, frames, pair, ("", law)))))
+        Some(ShapeElement::Rigid(Arc::new(rigid(bodies, frames, pair, "", law))))
     };
     both.map(element).collect()
 }
@@ -32,7 +32,8 @@ pub(super) fn rigid(
     bodies: [&str; 2],
     frames: [FrameId; 2],
     pair: ShapePair,
-    (source, law): (&str, ContactLaw),
+    source: &str,
+    law: ContactLaw,
 ) -> ShapeContact {
     let (name, source) = (bodies.join("–"), source.to_owned());
     let size = pair.extent().max(f64::MIN_POSITIVE);

@@ -179,7 +179,7 @@ fn law_on<'a>(
     let own = terms.of_point(at, names.index(on), base);
     let mut efforts = [None; 6];
     for (key, place, formula) in stated {
-        efforts[place] = Some(terms.formula((&label(&law.name), &key), formula, &own)?);
+        efforts[place] = Some(terms.formula(&label(&law.name), &key, formula, &own)?);
     }
     let on = match base.map(|base| names.frames[base]) {
         Some(base) => ActOn::Relative { at, base, follows },
@@ -241,7 +241,7 @@ fn law_along<'a>(
         ("x", terms.input(x, "x".to_owned())),
         ("v", terms.input(v, "v".to_owned())),
     ];
-    let effort = terms.formula((&label(&law.name), &key), formula, &own)?;
+    let effort = terms.formula(&label(&law.name), &key, formula, &own)?;
     Ok(Some(add(builder, law, on, terms, &[Some(effort)])))
 }
 

@@ -157,10 +157,10 @@ pub(crate) fn build_sensing(
     }
     for load in &model.loads {
         let history = times.history(&history_of(load), &load.history);
-        add_load(&mut builder, (load, history), &names, &elements, &list)?;
+        add_load(&mut builder, load, history, &names, &elements, &list)?;
     }
     for (load, value) in held::control_loads(model, &outside.inputs) {
-        add_load(&mut builder, (&load, value), &names, &elements, &list)?;
+        add_load(&mut builder, &load, value, &names, &elements, &list)?;
     }
     laws.extend(times.expressions.into_iter().map(law::OwnLaw::Time));
     laws.extend(times.springs.into_iter().map(law::OwnLaw::Along));
@@ -306,7 +306,8 @@ fn history_of(load: &holonom_model::Load) -> String {
 /// Adds a `[[load]]`: one, or one for each node of a beam.
 fn add_load(
     builder: &mut MechanismBuilder,
-    (load, history): (&holonom_model::Load, TimeHistory),
+    load: &holonom_model::Load,
+    history: TimeHistory,
     names: &Names<'_>,
     parts: &BeamElements,
     beams: &[BeamParts],
@@ -325,7 +326,7 @@ fn add_load(
         builder.particle_load(*particle, load.force, history).named(&load.name);
         return Ok(());
     }
-    let along = loads_along(load, [force, torque], &history, (parts, beams))?;
+    let along = loads_along(load, [force, torque], &history, parts, beams)?;
     along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
     Ok(())
 }
@@ -339,7 +340,8 @@ pub(crate) fn loads_along(
     load: &holonom_model::Load,
     by: [Vector3<f64>; 2],
     history: &TimeHistory,
-    (parts, beams): (&BeamElements, &[BeamParts]),
+    parts: &BeamElements,
+    beams: &[BeamParts],
 ) -> Result<Vec<Load>, ModelError> {
     let ([force, torque], kind) = (by, load_kind(load));
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());

@@ -242,7 +242,7 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         constraints: &C,
         Transition { before, step, impulse, .. }: Transition<'_>,
     ) -> Result<&Node, Singular> {
-        Self::observe(self, system, constraints, (before, impulse), step.s)
+        Self::observe(self, system, constraints, before, impulse, step.s)
     }
 
     fn velocity(

@@ -126,11 +126,12 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, ContactImpulse<'_>),
+        state: &State,
+        impulse: ContactImpulse<'_>,
         s: &Interval,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, (state, impulse.up_to), s.h)?;
-        self.impulse(system, constraints, (state, impulse.whole), s)?;
+        self.project(system, constraints, state, impulse.up_to, s.h)?;
+        self.impulse(system, constraints, state, impulse.whole, s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
         let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
@@ -164,7 +165,7 @@ impl NodeObserver {
         (state, impulse): (&State, &[f64]),
         h: f64,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, (state, impulse), h)?;
+        self.project(system, constraints, state, impulse, h)?;
         let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
@@ -178,7 +179,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, node, m_work, .. } = self;
@@ -342,7 +344,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         s: &Interval,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, n_work: w, node, .. } = self;

@@ -78,13 +78,14 @@ impl Delassus {
     pub(super) fn open<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         rows: &ContactRows,
         minus: &mut [f64],
     ) -> Result<(), StepError> {
         let n = state.q.len();
         if self.groups.is_none() {
-            self.groups = Some(Groups::find(run.system, run.constraints, (state, h)));
+            self.groups = Some(Groups::find(run.system, run.constraints, state, h));
         }
         self.list(rows);
         for vector in [&mut self.p, &mut self.v, &mut self.at_rest] {
@@ -94,7 +95,7 @@ impl Delassus {
             self.p.fill(0.0);
             run.velocity(state, h, &self.p, &mut self.at_rest)?;
         }
-        self.find_columns(run, (state, h))?;
+        self.find_columns(run, state, h)?;
         self.multiply();
         self.factor.is_current = false;
         let Self { groups, parts, part_ends, columns, at_rest, .. } = self;
@@ -152,7 +153,8 @@ impl Delassus {
     fn find_columns<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
     ) -> Result<(), StepError> {
         let Self { groups, entries, parts, of_group, used, columns, p, v, at_rest, .. } = self;
         let Some(groups) = groups else { return Ok(()) };
@@ -188,7 +190,7 @@ impl Delassus {
         sums.resize(k, 0.0);
         touched.clear();
         touched.resize(k, false);
-        let product = |a: &GroupRow, b: &GroupRow| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product(entries, columns, a, b);
         for i in 0..k {
             found.clear();
             for own in &parts[range(part_ends, i)] {
@@ -219,7 +221,7 @@ impl Delassus {
         if std::mem::replace(&mut factor.is_current, true) {
             return;
         }
-        let product = |a: &GroupRow, b: &GroupRow| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product(entries, columns, a, b);
         used.sort_unstable();
         factor.of_part.clear();
         factor.of_part.resize(parts.len(), [0; 2]);
@@ -299,7 +301,7 @@ impl Delassus {
 }
 
 /// What two rows have in a group, `B_i A B_jᵀ`, symmetric to the bit.
-fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &GroupRow, b: &GroupRow) -> f64 {
+fn product(entries: &[(u32, u32, f64)], columns: &[f64], a: &GroupRow, b: &GroupRow) -> f64 {
     let half = |a: &GroupRow, b: &GroupRow| {
         let own = entries[a.entries[0]..a.entries[1]].iter();
         own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()

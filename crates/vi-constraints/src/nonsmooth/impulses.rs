@@ -85,7 +85,7 @@ impl NodeImpulses {
         for &id in set {
             let element = elements[id.element as usize].as_ref();
             let known = state.contacts.find(id);
-            let mut contact = Contact::open((id, rows.len()), element, known, at);
+            let mut contact = Contact::open(id, rows.len(), element, known, at);
             contact.is_kept &= state.contacts.step > 0.0; // not after an event
             element.rows(id.feature, at, rows);
             let impulse = known.map_or([0.0; 3], |known| known.impulse);
@@ -100,7 +100,7 @@ impl NodeImpulses {
         p.resize(state.q.len(), 0.0);
         (self.solved, self.is_guarded) = (0, false);
         if k > 0 {
-            W.open(run, (state, h), rows, minus)?;
+            W.open(run, state, h, rows, minus)?;
         }
         let speeds = norm_inf(minus);
         for contact in contacts.iter_mut().filter(|contact| contact.law.has_static_friction()) {
@@ -156,7 +156,8 @@ impl NodeImpulses {
     pub(super) fn velocity_after<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         out: &mut [f64],
     ) -> Result<(), StepError> {
         let Self { p, rows, lambda, impacts, .. } = self;
@@ -171,11 +172,12 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin();
         self.begin_laws(true);
-        self.next_impulses(elements, run, (step, state), 0)?;
+        self.next_impulses(elements, run, step, state, 0)?;
         std::mem::swap(&mut self.lambda, &mut self.next);
         self.try_step_near(run, (step, state))
     }
@@ -196,7 +198,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin();
         if self.impact_law != ImpactLaw::Newton {
@@ -270,7 +273,8 @@ impl Contact {
     /// A contact at the configuration of a node, its first row, and what is known of it from the
     /// node before. Nothing is decided.
     fn open(
-        (id, row): (ContactId, usize),
+        id: ContactId,
+        row: usize,
         element: &dyn Unilateral,
         known: Option<&Remembered>,
         at: Configuration<'_>,

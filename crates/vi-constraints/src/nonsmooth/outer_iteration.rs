@@ -69,7 +69,7 @@ impl NodeImpulses {
                 self.contacts.iter_mut().for_each(Contact::settle);
                 settled = true;
             }
-            let is_exact = self.next_impulses(elements, run, (step, state), pass)?;
+            let is_exact = self.next_impulses(elements, run, step, state, pass)?;
             if self.contacts.is_empty() {
                 return Ok(());
             }
@@ -93,7 +93,7 @@ impl NodeImpulses {
             }
             if !responds && Self::is_slow(pass, change, last) {
                 responds = true;
-                self.respond(run, (step, state))?;
+                self.respond(run, step, state)?;
             }
             (last, was_exact) = (if complies { f64::INFINITY } else { change }, is_exact);
             std::mem::swap(&mut self.lambda, &mut self.next);
@@ -129,14 +129,15 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
         pass: usize,
     ) -> Result<bool, StepError> {
         self.try_step_near(run, (step, state))?;
         if self.contacts.is_empty() {
             return Ok(true);
         }
-        self.measure(elements, run, (step, state));
+        self.measure(elements, run, step, state);
         if pass == FROZEN {
             self.keep_slip_speeds();
         }
@@ -216,7 +217,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) {
         let Self { contacts, rows, W, minus, plus, lambda, impacts, p, transverse, .. } = self;
         let whole = &self.whole;

@@ -32,7 +32,8 @@ impl NodeImpulses {
     pub(super) fn respond<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { p, rows, W, lambda, impacts, responses, problems, islands, .. } = self;
         if rows.len() > DENSE {
@@ -57,7 +58,7 @@ impl NodeImpulses {
             response.iter_mut().zip(W.at_rest()).for_each(|(v, own)| *v -= own);
         }
         for problem in problems.iter_mut().take(islands.count()) {
-            problem.respond(rows, (responses, n), step.h);
+            problem.respond(rows, responses, n, step.h);
         }
         Ok(())
     }

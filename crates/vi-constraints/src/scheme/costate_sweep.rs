@@ -126,7 +126,7 @@ pub enum Linearization {
 impl Linearization {
     /// For `n` coordinates and an independent set of `m` constraints.
     #[must_use]
-    pub fn new(method: OrderMethod, (n, m): (usize, usize), rows: &IndependentRows) -> Self {
+    pub fn new(method: OrderMethod, n: usize, m: usize, rows: &IndependentRows) -> Self {
         match method.stages() {
             None => {
                 let step = StepLinearization::new(n, m, rows);

@@ -63,7 +63,7 @@ impl Transcription {
     ) -> DMatrix<f64> {
         let mut sum = SplitResidual::zero(self.n, X.ncols());
         for (p, i) in self.division.pieces_at(n) {
-            sum.add(point.pieces[p].times(self, (i, i), X, transposed));
+            sum.add(point.pieces[p].times(self, i, i, X, transposed));
         }
         sum.sum()
     }
@@ -180,7 +180,7 @@ impl Transcription {
             let piece = &point.pieces[p];
             block(self.layout.coordinate(piece.first + j), &|| {
                 let next = &point.nodes[piece.first + j].columns;
-                K.tr_mul(&piece.times(self, (i, j), next, false).sum())
+                K.tr_mul(&piece.times(self, i, j, next, false).sum())
             });
         }
         for (k, own) in self.impulses_at(n).enumerate() {
@@ -361,7 +361,7 @@ impl Transcription {
         }
         for (p, i, j) in self.neighbours(n) {
             let piece = &point.pieces[p];
-            v += piece.times(self, (j, i), &bent[piece.first + j][0], true).sum();
+            v += piece.times(self, j, i, &bent[piece.first + j][0], true).sum();
         }
         // products with their weights: closures, conditions, deviations
         let mut products: Vec<(&BilinearRow, f64)> = Vec::new();
@@ -473,8 +473,8 @@ impl Transcription {
                 }
                 continue;
             }
-            let A = piece.times(self, (i, j), K[j], false).sum();
-            let C = piece.times(self, (j, i), K[i], false).sum();
+            let A = piece.times(self, i, j, K[j], false).sum();
+            let C = piece.times(self, j, i, K[i], false).sum();
             let mut mixed = bent[first + i][1].tr_mul(&A) + C.tr_mul(&bent[first + j][1]);
             if let Some(own) = &of_forces {
                 mixed += &own[i][j];

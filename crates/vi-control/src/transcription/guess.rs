@@ -79,7 +79,7 @@ impl Guess {
             let last = travel.last().into_iter().flatten();
             travel.push(last.zip(&moved).map(|(a, b)| a + b).collect());
         }
-        resampled(&chart, (nodes, &travel), controls, steps)
+        resampled(&chart, nodes, &travel, controls, steps)
     }
 }
 
@@ -87,7 +87,8 @@ impl Guess {
 /// their chart coordinates away from the first.
 fn resampled(
     chart: &Chart,
-    (nodes, travel): (&[Vec<f64>], &[Vec<f64>]),
+    nodes: &[Vec<f64>],
+    travel: &[Vec<f64>],
     controls: &[Vec<f64>],
     steps: usize,
 ) -> Guess {
@@ -128,7 +129,7 @@ impl Transcription {
     #[must_use]
     pub fn refined(&self, motion: &SolvedMotion, steps: usize) -> Guess {
         let SolvedMotion { nodes, travel, controls, .. } = motion;
-        resampled(&self.chart, (nodes, travel), controls, steps)
+        resampled(&self.chart, nodes, travel, controls, steps)
     }
 }
 

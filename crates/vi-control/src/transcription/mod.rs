@@ -452,7 +452,7 @@ fn check_mechanism(
         let divided = matches!(problem.method, OrderMethod::Composition(_));
         let times = sampled(at, problem);
         let places = [1.0, 2.0, 3.0].map(|seed| near(at, seed));
-        if let Some(source) = system.first_of_time((&places, &times), divided) {
+        if let Some(source) = system.first_of_time(&places, &times, divided) {
             return Err(ProblemError::NotCovered(Uncovered::ForceInTime(source.clone())));
         }
     }

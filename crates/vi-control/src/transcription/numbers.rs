@@ -273,7 +273,7 @@ impl Transcription {
     ) -> DMatrix<f64> {
         let (piece, span) = (&point.pieces[number], self.division.span());
         if let PieceKind::Galerkin(_) = piece.kind {
-            return piece.times(self, (span, j), X, transposed).sum();
+            return piece.times(self, span, j, X, transposed).sum();
         }
         let (s, by) = (&piece.s, Slot::BOTH[j]);
         let matrix = SparseMatrix::assemble(self.n, self.n, |out| {
@@ -341,7 +341,7 @@ impl Transcription {
     ) {
         let piece = &point.pieces[number];
         if let PieceKind::Galerkin(_) = piece.kind {
-            return piece.emit_bend(self, Y, (i, j), out);
+            return piece.emit_bend(self, Y, i, j, out);
         }
         let (s, Y, slots) = (&piece.s, [Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
         self.system.forced_bend(s, Y, slots, out);

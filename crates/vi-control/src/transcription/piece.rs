@@ -247,7 +247,8 @@ impl Piece {
     pub(super) fn times(
         &self,
         of: &Transcription,
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         X: &DMatrix<f64>,
         transposed: bool,
     ) -> SplitResidual {
@@ -353,7 +354,7 @@ impl Piece {
             });
             let block = |k: usize| {
                 SparseMatrix::assemble(of.n, of.n, |out| {
-                    slopes.emit(&*of.system, points, (k / count, k % count), out);
+                    slopes.emit(&*of.system, points, k / count, k % count, out);
                 })
             };
             (0..count * count).map(block).collect()
@@ -482,7 +483,7 @@ impl Piece {
         if !acts && self.wrenches.is_empty() {
             return None;
         }
-        Some(products(K, |i, j, out| self.emit_bend(of, Y, (i, j), out)))
+        Some(products(K, |i, j, out| self.emit_bend(of, Y, i, j, out)))
     }
 
     /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial.
@@ -490,7 +491,8 @@ impl Piece {
         &self,
         of: &Transcription,
         Y: &[&[f64]],
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         out: &mut dyn Entries,
     ) {
         match &self.kind {

@@ -185,11 +185,11 @@ impl Factored {
     }
 
     /// `Π(x)`, `x = Λ_0 − ρ (y + s e_N)`.
-    pub(super) fn project(&self, given: &[f64], (y, rho): (&[f64], f64), out: &mut [f64]) {
+    pub(super) fn project(&self, given: &[f64], y: &[f64], rho: f64, out: &mut [f64]) {
         for &PlacedLaw { cone, row } in &self.cones {
             let own = row..row + cone.rows();
             let (given, out) = (&given[own.clone()], &mut out[own.clone()]);
-            violation(cone, (&y[own], given), rho, out);
+            violation(cone, &y[own], given, rho, out);
             out.iter_mut().zip(given).for_each(|(out, given)| *out = given - *out);
         }
     }
@@ -198,13 +198,15 @@ impl Factored {
     pub(super) fn slopes(
         &self,
         given: &[f64],
-        (y, rho, coupled): (&[f64], f64, bool),
+        y: &[f64],
+        rho: f64,
+        coupled: bool,
         out: &mut Vec<[[f64; 3]; 3]>,
     ) {
         out.clear();
         for (&PlacedLaw { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
             let own = row..row + cone.rows();
-            let slope = LawSlope::at(cone, (&y[own.clone()], &given[own.clone()]), rho);
+            let slope = LawSlope::at(cone, &y[own.clone()], &given[own.clone()], rho);
             let mut block = [[0.0; 3]; 3];
             for l in 0..own.len() {
                 let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
@@ -286,7 +288,7 @@ impl Factored {
 
     /// By what velocity a law is violated at most, in the units of the velocities: by impulses that
     /// differ by this much from those that are given, and by the speed of slip.
-    pub(super) fn left(&self, (own, given): (&[f64], &[f64]), (y, rho): (&[f64], f64)) -> f64 {
+    pub(super) fn left(&self, own: &[f64], given: &[f64], y: &[f64], rho: f64) -> f64 {
         let mut most = 0.0_f64;
         for (&PlacedLaw { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
             let rows = row..row + cone.rows();

@@ -92,7 +92,7 @@ impl Interior {
 
     /// Solves the program with the present `s`, then takes `part` of the way to the next `s`.
     pub(super) fn advance(&mut self, problem: &ConeProblem, part: f64) -> &[f64] {
-        self.method.solve(&mut self.A, (TARGET, PATIENCE));
+        self.method.solve(&mut self.A, TARGET, PATIENCE);
         self.spread(self.method.size);
         let Self { method, images, impulse, .. } = self;
         for (own, Image { row, map }) in method.parts.iter_mut().zip(&*images) {

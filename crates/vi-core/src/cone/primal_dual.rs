@@ -149,7 +149,8 @@ impl PrimalDual {
     pub(super) fn solve(
         &mut self,
         A: &mut impl CoupledFactors,
-        (target, patience): (f64, usize),
+        target: f64,
+        patience: usize,
     ) -> (usize, f64) {
         self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
         for part in &self.parts {
@@ -167,7 +168,7 @@ impl PrimalDual {
                 }
             }
         }
-        self.go_on(A, (target, patience))
+        self.go_on(A, target, patience)
     }
 
     /// The same from the central path next to `x`, which is given over `size`, at `mu`.
@@ -175,7 +176,8 @@ impl PrimalDual {
         &mut self,
         A: &mut impl CoupledFactors,
         mu: f64,
-        (target, patience): (f64, usize),
+        target: f64,
+        patience: usize,
     ) -> (usize, f64) {
         self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
         let Self { parts, c, x, y, walls, size, .. } = self;
@@ -203,15 +205,11 @@ impl PrimalDual {
                 }
             }
         }
-        self.go_on(A, (target, patience))
+        self.go_on(A, target, patience)
     }
 
     /// Steps from the present `x` and `y`.
-    fn go_on(
-        &mut self,
-        A: &mut impl CoupledFactors,
-        (target, patience): (f64, usize),
-    ) -> (usize, f64) {
+    fn go_on(&mut self, A: &mut impl CoupledFactors, target: f64, patience: usize) -> (usize, f64) {
         let (mut least, mut stalled) = (f64::INFINITY, 0);
         for step in 0..STEPS {
             let (mu, residual) = self.evaluate(A);

@@ -63,7 +63,7 @@ impl Residual {
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
-            violation(*cone, (y, impulse), self.rho, F);
+            violation(*cone, y, impulse, self.rho, F);
             let (mut fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
             if size > most {
@@ -99,7 +99,7 @@ impl Residual {
         out.fill(0.0);
         for &PlacedLaw { cone, row } in &problem.cones {
             let (own, count) = (row..row + cone.rows(), cone.rows());
-            let slope = LawSlope::at(cone, (&self.y[own.clone()], &impulse[own]), self.rho);
+            let slope = LawSlope::at(cone, &self.y[own.clone()], &impulse[own], self.rho);
             for column in 0..problem.rows() {
                 let (mut of_y, mut of_impulse) = ([0.0; 3], [0.0; 3]);
                 for l in 0..count {
@@ -114,7 +114,7 @@ impl Residual {
 }
 
 /// `F` of one law.
-pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F: &mut [f64]) {
+pub(super) fn violation(cone: Cone, y: &[f64], impulse: &[f64], rho: f64, F: &mut [f64]) {
     match cone {
         Cone::Normal => F[0] = impulse[0] - (impulse[0] - rho * y[0]).max(0.0),
         Cone::Bounded { bound } => F[0] = impulse[0] - clip(impulse[0] - rho * y[0], bound),
@@ -200,7 +200,7 @@ enum Across {
 }
 
 impl LawSlope {
-    pub(super) fn at(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64) -> Self {
+    pub(super) fn at(cone: Cone, y: &[f64], impulse: &[f64], rho: f64) -> Self {
         let z = impulse[0] - rho * y[0];
         let closed = match cone {
             Cone::Bounded { bound } => z.abs() <= bound,
@@ -337,7 +337,7 @@ mod tests {
             residual.derivative(&problem, &impulse, &mut derivative);
             for &PlacedLaw { cone, row } in &problem.cones {
                 let (own, n) = (row..row + cone.rows(), cone.rows());
-                let slope = LawSlope::at(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
+                let slope = LawSlope::at(cone, &residual.y[own.clone()], &impulse[own], 0.7);
                 let unit = |l: usize| std::array::from_fn(|i| f64::from(u8::from(i == l)));
                 let of_y = [0, 1, 2].map(|l| slope.change(unit(l), [0.0; 3]));
                 let of_impulse = [0, 1, 2].map(|l| slope.change([0.0; 3], unit(l)));

@@ -17,7 +17,8 @@ impl NamedForce {
     pub fn add_effort_slopes(
         &self,
         at: Motion<'_>,
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         match &self.force {
@@ -33,13 +34,13 @@ impl NamedForce {
                 coordinate.add_gradient(at.q, by_rate, of_v);
             }
             ElementForce::Tension(force) => {
-                force.add_tension_slopes((at.t, at.q, at.v), scale, [q, of_v]);
+                force.add_tension_slopes(at.t, at.q, at.v, scale, [q, of_v]);
             }
             ElementForce::Wrench(force) => {
                 force.add_effort_slopes((at.t, at.q, at.v), (k, scale), [q, of_v]);
             }
             ElementForce::Law(force) => {
-                force.add_effort_slopes(at, (k, scale), [q, of_v, of_z]);
+                force.add_effort_slopes(at, k, scale, [q, of_v, of_z]);
             }
             _ => {}
         }

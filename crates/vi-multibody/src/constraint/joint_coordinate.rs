@@ -498,7 +498,8 @@ impl JointCoordinate {
     /// ```
     pub fn emit_effort_slopes(
         &self,
-        (q, v): (&[f64], &[f64]),
+        q: &[f64],
+        v: &[f64],
         effort: f64,
         slopes: EffortSlopes,
         out: &mut dyn Entries,

@@ -392,7 +392,7 @@ impl VelocityConstraint for Slip {
     }
 
     fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
-        emit_wrench((q, self.rolling.frame), (row, scale), &self.wrench(q), out);
+        emit_wrench(q, self.rolling.frame, row, scale, &self.wrench(q), out);
     }
 
     fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {

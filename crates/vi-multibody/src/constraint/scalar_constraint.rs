@@ -134,7 +134,7 @@ impl ScalarRow {
         match self {
             Self::Velocity(velocity) => {
                 velocity.for_each_wrench_of_step(s, &mut |frame, wrench| {
-                    emit_wrench((&s.q1, frame), (row, 1.0), &wrench, out);
+                    emit_wrench(&s.q1, frame, row, 1.0, &wrench, out);
                 })
             }
             _ => self.emit(&s.q1, row, out),

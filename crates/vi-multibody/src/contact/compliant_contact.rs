@@ -375,7 +375,7 @@ impl<S: Number> CompliantContact<S> {
         S: Embed<T>,
     {
         let [a, b] = self.pair.shapes();
-        smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
+        smooth_contact(feature, a, &frames[0], b, &frames[1])
     }
 
     /// The force on B in space of the potential, all other force, and the slip.

@@ -173,7 +173,8 @@ impl MechanismDesign {
     /// As of [`MechanismDesign::new`].
     pub fn with_works<'a>(
         mut self,
-        (mechanism, forces): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        forces: &ForceElements,
         mass: &SparseMatrix,
         tangents: &[MechanismTangent],
         works: impl Iterator<Item = (usize, &'a str)>,

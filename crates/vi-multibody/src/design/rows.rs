@@ -128,7 +128,7 @@ impl MovedRow {
             Self::Slip(rolling, k) => {
                 let [force, torque] = rolling.row_of_slip(q, *k).map(|own| own.map(|x| x.eps));
                 let wrench = Twist::new(force, torque);
-                emit_wrench((q, rolling.frame), (0, 1.0), &wrench, &mut Visited(&mut visit));
+                emit_wrench(q, rolling.frame, 0, 1.0, &wrench, &mut Visited(&mut visit));
             }
             Self::Blade(forms) => {
                 let [direction, point] = &**forms;

@@ -156,7 +156,8 @@ impl SixForce {
     fn emit_along(
         &self,
         gradients: &SixGradients,
-        (scale, slopes): (f64, &[f64]),
+        scale: f64,
+        slopes: &[f64],
         column: usize,
         out: &mut dyn Entries,
     ) {
@@ -176,7 +177,8 @@ impl SixForce {
         &self,
         at: Motion<'_>,
         scale: f64,
-        (rates, far): (bool, &[f64]),
+        rates: bool,
+        far: &[f64],
         out: &mut dyn Entries,
     ) {
         self.reading.with_slopes_at_node(at, |work| {
@@ -386,7 +388,7 @@ impl DiscreteForce for SixForce {
     fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(s.node(of));
         self.reading.for_each_internal(s, &mut |variable, slopes| {
-            self.emit_along(&gradients, (0.5 * s.h, slopes), variable, out);
+            self.emit_along(&gradients, 0.5 * s.h, slopes, variable, out);
         });
     }
 
@@ -421,7 +423,7 @@ impl DiscreteForce for SixForce {
 
     fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let far = seen_velocity(self.is_seen_from_ground(), at.v);
-        self.emit_position_slopes(at, scale, (self.coordinates.is_on_ground(), &far), out);
+        self.emit_position_slopes(at, scale, self.coordinates.is_on_ground(), &far, out);
     }
 
     fn acts_from_ground(&self) -> bool {
@@ -429,7 +431,7 @@ impl DiscreteForce for SixForce {
     }
 
     fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, scale, (true, at.v), out);
+        self.emit_position_slopes(at, scale, true, at.v, out);
     }
 
     fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
@@ -447,7 +449,7 @@ impl DiscreteForce for SixForce {
     fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(at.q);
         self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
-            self.emit_along(&gradients, (scale, slopes), variable, out);
+            self.emit_along(&gradients, scale, slopes, variable, out);
         });
     }
 
@@ -469,7 +471,7 @@ impl Force for SixForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.emit_position_slopes(Motion::new(t, q, v), scale, (true, v), out);
+        self.emit_position_slopes(Motion::new(t, q, v), scale, true, v, out);
     }
 
     fn add_velocity_derivative(

@@ -97,7 +97,7 @@ impl DiscretePotential for JointSpring {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let (slope, stretch) = (scale * self.stiffness, self.coordinate.at(at) - self.rest);
         let slopes = EffortSlopes { by_coordinate: slope, by_rate: 0.0 };
-        self.coordinate.emit_effort_slopes((at.q, &[]), slope * stretch, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, &[], slope * stretch, slopes, out);
     }
     fn add_bend(
         &self,
@@ -375,7 +375,8 @@ impl<L: JointLaw> JointForce<L> {
     fn emit_position_slopes(
         &self,
         at: Motion<'_>,
-        (scale, with_rate): (f64, bool),
+        scale: f64,
+        with_rate: bool,
         out: &mut dyn Entries,
     ) {
         let (coordinate, rate) =
@@ -383,7 +384,7 @@ impl<L: JointLaw> JointForce<L> {
         let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
         let by_rate = if with_rate { scale * slopes.by_rate } else { 0.0 };
         let slopes = EffortSlopes { by_coordinate: scale * slopes.by_coordinate, by_rate };
-        self.coordinate.emit_effort_slopes((at.q, at.v), scale * effort, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, at.v, scale * effort, slopes, out);
     }
 }
 
@@ -466,21 +467,21 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
     fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, (scale, self.acts_from_ground()), out);
+        self.emit_position_slopes(at, scale, self.acts_from_ground(), out);
     }
     fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, (scale, true), out);
+        self.emit_position_slopes(at, scale, true, out);
     }
     fn add_gauss_slopes(&self, at: Motion<'_>, [by_q, by_v]: [f64; 2], out: &mut dyn Entries) {
         if self.law.is_given() {
             if by_q != 0.0 {
                 let (effort, none) = (self.law.effort(at.t, 0.0, 0.0), EffortSlopes::default());
-                self.coordinate.emit_effort_slopes((at.q, &[]), by_q * effort, none, out);
+                self.coordinate.emit_effort_slopes(at.q, &[], by_q * effort, none, out);
             }
             return;
         }
         if by_q != 0.0 {
-            self.emit_position_slopes(at, (by_q, true), out);
+            self.emit_position_slopes(at, by_q, true, out);
         }
         if by_v != 0.0 {
             self.add_damping(at, by_v, out);
@@ -494,7 +495,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
             (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let by_coordinate = scale * self.law.slopes(at.t, coordinate, rate).by_rate;
         let slopes = EffortSlopes { by_coordinate, by_rate: 0.0 };
-        self.coordinate.emit_effort_slopes((at.q, at.v), 0.0, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, at.v, 0.0, slopes, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()

@@ -45,7 +45,9 @@ impl Tension {
     /// `q ← q + scale ∂T/∂q`, `of_v ← of_v + scale ∂T/∂v`, both of shape `n`.
     pub fn add_tension_slopes(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
         scale: f64,
         [of_q, of_v]: [&mut [f64]; 2],
     ) {
@@ -60,7 +62,9 @@ impl Tension {
     /// With the law and its second derivatives, of the distance and its rate.
     fn with_bends(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
         then: impl FnOnce((&[Input], &dyn Pushes), &LawEvaluation<'_>),
     ) {
         let TensionLine { length, rate, .. } = self.line(q, v);
@@ -84,7 +88,7 @@ impl Tension {
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
-        self.with_bends((t, q, v), |(reads, _), law| {
+        self.with_bends(t, q, v, |(reads, _), law| {
             law.add(reads, [q, v], (0, scale), changes, out);
         });
     }
@@ -155,7 +159,7 @@ impl Force for Tension {
         by: [f64; 4],
         out: &mut dyn Entries,
     ) {
-        self.with_bends((t, q, v), |own, law| law.emit_at_node(own, [q, v, z], by, out));
+        self.with_bends(t, q, v, |own, law| law.emit_at_node(own, [q, v, z], by, out));
     }
 
     fn acts_from_ground(&self) -> bool {

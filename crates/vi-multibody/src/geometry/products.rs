@@ -75,7 +75,7 @@ impl Products {
     }
 
     /// `out ← out + sign Σ x_i ∇g_i` of the values at `q`, or `Σ x_i D²g_i v` of the rates at `v`.
-    pub(crate) fn add_slopes(&self, values: &Vectors, (sign, x): (f64, &[f64]), out: &mut [f64]) {
+    pub(crate) fn add_slopes(&self, values: &Vectors, sign: f64, x: &[f64], out: &mut [f64]) {
         let mut forces = [Vector3::zeros(); MOST];
         for (ProductRow { scale, sides: [a, b] }, x) in self.rows.iter().zip(x) {
             let x = sign * scale * x;

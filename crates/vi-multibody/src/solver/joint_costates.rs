@@ -224,7 +224,8 @@ impl JointNode {
         &self,
         joints: &[TreeJoint],
         transmitted: &mut Transmitted,
-        (mechanism, c): (&Mechanism, &[f64]),
+        mechanism: &Mechanism,
+        c: &[f64],
         x: &mut [f64],
     ) {
         transmitted.transmit(mechanism, &self.q, Some(c), &[]);
@@ -260,14 +261,15 @@ impl JointNodes {
     pub(super) fn balance(
         &mut self,
         mechanism: &Mechanism,
-        (node, q): (usize, &[f64]),
+        node: usize,
+        q: &[f64],
         w: &mut [f64],
         impulse: &mut [f64],
     ) -> Result<(), Singular> {
-        self.press(mechanism, (node, q), w, impulse)?;
+        self.press(mechanism, node, q, w, impulse)?;
         for (joint, place) in self.joints.iter().zip(&self.nodes[node].joints) {
             let own = &impulse[joint.rows()];
-            joint.products.add_slopes(&place.values, (-1.0, own), w);
+            joint.products.add_slopes(&place.values, -1.0, own, w);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
                 thread.add_gradient(q, -last, w);
             }
@@ -280,7 +282,7 @@ impl JointNodes {
     pub(super) fn bend(&self, q: &[f64], [impulse, y]: [&[f64]; 2], mu: &[f64], a: &mut [f64]) {
         for joint in &self.joints {
             let own = &impulse[joint.rows()];
-            joint.products.add_slopes(&joint.products.rates(mu), (1.0, own), a);
+            joint.products.add_slopes(&joint.products.rates(mu), 1.0, own, a);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
                 thread.add_bend(q, mu, *last, a);
             }
@@ -327,13 +329,14 @@ impl JointNodes {
     pub(super) fn press(
         &mut self,
         mechanism: &Mechanism,
-        (node, q): (usize, &[f64]),
+        node: usize,
+        q: &[f64],
         c: &[f64],
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { joints, nodes, transmitted, .. } = self;
         nodes[node].stand(joints, q)?;
-        nodes[node].solve(joints, transmitted, (mechanism, c), x);
+        nodes[node].solve(joints, transmitted, mechanism, c, x);
         Ok(())
     }
 }
@@ -358,7 +361,7 @@ impl JointCostates {
     /// [`Singular`] where the rows of a joint are not independent.
     pub(super) fn balance(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
         self.joints.go_back();
-        self.joints.balance(mechanism, (0, &s.q0), &mut self.start, &mut self.impulse)
+        self.joints.balance(mechanism, 0, &s.q0, &mut self.start, &mut self.impulse)
     }
 
     /// `μ` of rigid bodies with `G_J μ = r` of the joints at `q_n`, where `h λ_J` was found.
@@ -376,6 +379,6 @@ impl JointCostates {
     /// # Errors
     /// [`Singular`] where the rows of a joint are not independent.
     pub(super) fn press(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
-        self.joints.press(mechanism, (1, &s.q1), &self.end, &mut self.rows)
+        self.joints.press(mechanism, 1, &s.q1, &self.end, &mut self.rows)
     }
 }

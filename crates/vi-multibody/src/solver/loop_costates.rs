@@ -49,7 +49,7 @@ pub(super) struct LoopCostates {
 
 impl LoopCostates {
     /// For rows of closure of this rank on `n` coordinates and `d` unknowns of the tree.
-    pub(super) fn new(rows: Vec<ScalarRow>, rank: usize, (n, d): (usize, usize)) -> Self {
+    pub(super) fn new(rows: Vec<ScalarRow>, rank: usize, n: usize, d: usize) -> Self {
         let (zeros, count) = (vec![0.0; d], rows.len());
         Self {
             rank,

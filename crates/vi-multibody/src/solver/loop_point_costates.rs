@@ -71,7 +71,7 @@ struct PointScratch {
 }
 
 impl PointScratch {
-    fn new(rows: usize, rank: usize, (n, d): (usize, usize)) -> Self {
+    fn new(rows: usize, rank: usize, n: usize, d: usize) -> Self {
         Self {
             jacobian: vec![vec![0.0; d]; rows],
             qr: PivotedQr::new(d, rows),
@@ -120,7 +120,8 @@ impl LoopPointCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         independent: &IndependentRows,
-        (stages, along): (Stages, CostateTangents),
+        stages: Stages,
+        along: CostateTangents,
     ) -> Option<Self> {
         let (n, m, d) = (mechanism.dim(), mechanism.len(), mechanism.tree().dof());
         let (s, rows) = (stages.count(), mechanism.loop_constraints());
@@ -141,11 +142,11 @@ impl LoopPointCostates {
         Some(Self {
             parts: Parts::new(n, m, stages),
             slopes: system.has_variable_forces().then(|| GaussSlopes::new(stages)),
-            all: PointTree::new(&at.links, (slots, d), &points.constants().K),
+            all: PointTree::new(&at.links, slots, d, &points.constants().K),
             at,
             places: mechanism.loop_rows(),
             joints: JointNodes::new(mechanism, s + 1),
-            stands: (0..=s).map(|_| PointScratch::new(rows.len(), rank, (n, d))).collect(),
+            stands: (0..=s).map(|_| PointScratch::new(rows.len(), rank, n, d)).collect(),
             rows,
             points,
             balance: vectors(s, n),
@@ -165,7 +166,8 @@ impl LoopPointCostates {
     /// Stands at the control points of a step from `p̄_n`: `N_i`, and `Λ_i`, which balance `w_i`.
     fn stand(
         &mut self,
-        (system, mechanism): (&SeparableSystem, &Mechanism),
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
         points: &[Interval],
         p: &[f64],
     ) -> Result<(), Singular> {
@@ -194,7 +196,7 @@ impl LoopPointCostates {
             at.pull_back_of(q, w, &mut self.along);
             let impulse = &mut self.impulses[l];
             stand.close((rows, places), q, &mut self.along, w, impulse)?;
-            joints.balance(mechanism, (l, q), w, impulse)?;
+            joints.balance(mechanism, l, q, w, impulse)?;
         }
         Ok(())
     }
@@ -263,7 +265,8 @@ impl LoopPointCostates {
     /// The costate at `q_n`, and `σ_j`.
     fn give(
         &mut self,
-        (system, mechanism): (&SeparableSystem, &Mechanism),
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         let (s, h) = (self.points.stages(), self.points.h());
@@ -283,7 +286,7 @@ impl LoopPointCostates {
             at.open_back([q, q]);
             at.pull_back_of(q, image, along);
             stands[j].close((rows, places), q, along, image, sigma)?;
-            joints.press(mechanism, (j, q), image, sigma)?;
+            joints.press(mechanism, j, q, image, sigma)?;
         }
         let Costate { q: a, p: b, .. } = costate;
         a.iter_mut().zip(&images[0]).for_each(|(a, image)| *a = image / h);
@@ -305,9 +308,9 @@ impl CostateSweep<SeparableSystem, Mechanism> for LoopPointCostates {
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        self.stand((system, mechanism), points, p)?;
+        self.stand(system, mechanism, points, p)?;
         self.solve(system, costate)?;
-        self.give((system, mechanism), costate)?;
+        self.give(system, mechanism, costate)?;
         self.parts.spread(self.points.constants(), &self.x);
         Ok(())
     }

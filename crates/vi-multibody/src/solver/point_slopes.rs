@@ -93,7 +93,8 @@ impl PointSlopes {
     /// For so many Gauss nodes; `start`: any configuration. `None` where bodies are coupled that
     /// are not a link and its parent.
     pub(super) fn new(
-        (tree, system): (&Tree, &SeparableSystem),
+        tree: &Tree,
+        system: &SeparableSystem,
         start: &Interval,
         nodes: usize,
     ) -> Option<Self> {

@@ -250,7 +250,7 @@ impl QuantityEfforts {
             self.sweep_columns(bundle, at);
         }
         for bundle in 0..self.bundles.len() {
-            self.sweep_rows(bundle, (system, s), at);
+            self.sweep_rows(bundle, system, s, at);
             self.multiply(bundle, x);
             self.four.clear(&self.links);
         }
@@ -285,12 +285,7 @@ impl QuantityEfforts {
     }
 
     /// `v̂` of a bundle, in `self.four`.
-    fn sweep_rows(
-        &mut self,
-        bundle: usize,
-        (system, s): (&SeparableSystem, &Interval),
-        at: Links<'_>,
-    ) {
+    fn sweep_rows(&mut self, bundle: usize, system: &SeparableSystem, s: &Interval, at: Links<'_>) {
         let Self { four, links, bundles, all, covector, link_of, .. } = self;
         let Bundle { laws, path, has_members, .. } = &bundles[bundle];
         four.take_places(path);
@@ -324,7 +319,7 @@ impl QuantityEfforts {
             }
         }
         if *has_members {
-            four.carry(links, (path, None), (at, true));
+            four.carry(links, path, None, at, true);
         }
         path.iter().for_each(|k| four.touch(*k, links));
         four.order_touched();

@@ -92,10 +92,10 @@ pub fn integrator(
             dalembert(&mechanism, &rows)
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
-            nodal(&mechanism, &system, &options, solver, (&loops, at))?
+            nodal(&mechanism, &system, &options, solver, &loops, at)?
         }
     };
-    let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
+    let solvers = node_solvers(&mechanism, &system, solver, &loops, leaves, at);
     let run = Integrator::with_scheme(system, mechanism, scheme, rows, options, at)?;
     let run = begun(run.reading_with(solvers).with_costates(costates), moved)?;
     loops.known(run.constraints(), run.state().configuration())?;
@@ -115,7 +115,7 @@ fn costates(
         Some(stages) => {
             let tree = PointCostates::new(mechanism, system, stages, along);
             tree.map(|own| Box::new(own) as _).or_else(|| {
-                let loops = LoopPointCostates::new(mechanism, system, rows, (stages, along));
+                let loops = LoopPointCostates::new(mechanism, system, rows, stages, along);
                 loops.map(|own| Box::new(own) as _)
             })
         }

@@ -96,7 +96,7 @@ impl TreeCostates {
             changes,
             by_rows: false,
             ends: [false; 2],
-            loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
+            loops: closed.then(|| LoopCostates::new(closures, rank, n, d)),
             along: along.collect(),
             other,
             at,
@@ -233,7 +233,8 @@ impl TreeCostates {
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        (cost, a): (Option<&mut ImpulseCost<'_>>, &mut [f64]),
+        cost: Option<&mut ImpulseCost<'_>>,
+        a: &mut [f64],
     ) {
         let Self { joints, loops, along, moved, wanted, tree, .. } = self;
         along.iter_mut().for_each(|along| along.moved = 0.0);
@@ -288,7 +289,7 @@ impl TreeCostates {
         }
         if let Some([_, end]) = self.changes.as_mut().filter(|_| !*by_rows) {
             let known = [&joints.end[..], &self.momentum, mu];
-            self.at.moved_at_end((&s.q1, 1.0 / s.h), known, end);
+            self.at.moved_at_end(&s.q1, 1.0 / s.h, known, end);
             return Ok(());
         }
         joints.press(mechanism, s)
@@ -329,7 +330,7 @@ impl TreeCostates {
         self.ends = [false, self.ends[0]];
         self.take_balance(system, s, p)?;
         self.take_joints(system, mechanism, s)?;
-        self.take_costs(system, s, (cost, a));
+        self.take_costs(system, s, cost, a);
         if let Some(other) = &mut self.other {
             transposed(system, s, [Slot::Second; 2], b, a);
             let emit = |into: &mut dyn Entries| {
@@ -337,7 +338,7 @@ impl TreeCostates {
                 let mut into = Block { into, row, column, scale, transposed: true };
                 system.beside_unknowns_slope(s, Slot::First, Slot::Second, &mut into);
             };
-            other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
+            other.assemble(&emit, &self.tree, &self.at.links, [&s.q1, &s.q0], -s.h);
         }
         if let Some(joints) = &mut self.joints {
             joints.end.copy_from_slice(a);
@@ -360,7 +361,7 @@ impl TreeCostates {
         if *by_rows {
             w.fill(0.0); // the curvature is that of their rows, not of P
         }
-        at.pull((&s.q0, 1.0 / s.h), (w, m), [a, b, mu]);
+        at.pull(&s.q0, 1.0 / s.h, w, m, [a, b, mu]);
         if let Some([start, _]) = changes.as_mut().filter(|_| !*by_rows) {
             at.moved_at_start(&s.q0, m, start);
         }

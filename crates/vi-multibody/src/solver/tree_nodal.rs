@@ -90,7 +90,7 @@ impl TreeNodal {
     ) -> (&mut Workspace, &[Spatial<HeldVector>]) {
         let Self { tree, at, emitted, .. } = self;
         let ends = [&s.q0[..], &s.q1];
-        emitted.assemble(matrix, (tree, &at.links), ends, 1.0);
+        emitted.assemble(matrix, tree, &at.links, ends, 1.0);
         at.take(emitted, ends);
         at.release_links();
         (at, &emitted.blocks)

@@ -144,13 +144,13 @@ pub(crate) fn eliminate<S: Space>(
             }
             Motion::Spherical => {
                 let (own, kept) = (&mut x[link.unknown..], part.rotations.get_mut(k));
-                let pivots = eliminate_rotation(s, (&mut A, &mut p), (&mut gains[k], kept), own);
+                let pivots = eliminate_rotation(s, &mut A, &mut p, &mut gains[k], kept, own);
                 finite = finite + pivots;
             }
             Motion::Free => {
                 let (velocity, spin) = x[link.unknown..].split_at_mut(3);
                 let kept = part.rotations.get_mut(k);
-                let pivots = eliminate_rotation(s, (&mut A, &mut p), (&mut gains[k], kept), spin);
+                let pivots = eliminate_rotation(s, &mut A, &mut p, &mut gains[k], kept, spin);
                 if let Some(kept) = part.rotations.get_mut(k) {
                     kept.translation = solve3::inverse(s, &A.ll).0.held();
                 }
@@ -235,8 +235,10 @@ fn sliding<V: Vector>(A: &Spatial<V>, n: V, next: V) -> (Screw<V>, Screw<V>) {
 #[inline(always)]
 fn eliminate_rotation<S: Space>(
     s: S,
-    (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
-    (gain, kept): (&mut Gain<S::Store>, Option<&mut EliminatedRotation<S::Store>>),
+    A: &mut Spatial<S::Vector>,
+    p: &mut Screw<S::Vector>,
+    gain: &mut Gain<S::Store>,
+    kept: Option<&mut EliminatedRotation<S::Store>>,
     x: &mut [Number<S>],
 ) -> Number<S> {
     let (aa, al) = (A.aa.rows(), A.al.rows());

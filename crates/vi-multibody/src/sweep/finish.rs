@@ -37,7 +37,8 @@ pub(crate) struct Next<'a, N> {
 #[inline(always)]
 fn place_next<S: Space>(
     s: S,
-    (link, work): (&Link<S::Store>, &Work<S::Store>),
+    link: &Link<S::Store>,
+    work: &Work<S::Store>,
     from: &LinkPlace<S::Vector>,
     error: [S::Vector; 4],
     parent: &LinkPlace<S::Vector>,
@@ -71,7 +72,7 @@ pub(crate) fn close<S: Space>(
         let error = s.read_frame(ends.compensation, link.frame);
         let from = LinkPlace::of(s, ends.q0, link.frame);
         let change;
-        (next, change) = place_next(s, (link, work), &from, error, &next);
+        (next, change) = place_next(s, link, work, &from, error, &next);
         write(s, [from.vectors(), next.vectors(), change], link.frame, &mut ends);
     }
 }
@@ -125,7 +126,7 @@ pub(crate) fn finish<S: Space>(
         let from = LinkPlace::of(s, ends.q0, at);
         let error = s.read_frame(ends.compensation, at);
         let change;
-        (next, change) = place_next(s, (link, work), &from, error, &parent);
+        (next, change) = place_next(s, link, work, &from, error, &parent);
         let (start, end) = (from.vectors(), next.vectors());
         write(s, [start, end, change], at, &mut ends);
         far = far + next.center * 0.0; // not zero where it is not finite

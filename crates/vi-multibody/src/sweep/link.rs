@@ -200,7 +200,7 @@ pub(crate) fn constants_with(
 ) -> Option<(Vec<Link<One>>, usize)> {
     let (mut links, mut slots) = (Vec::new(), 0);
     for (k, link) in tree.links().iter().enumerate() {
-        links.push(constants_of(tree, (k, link), &masses[link.frame])?);
+        links.push(constants_of(tree, k, link, &masses[link.frame])?);
     }
     for k in (0..links.len()).rev() {
         let Some(parent) = links[k].parent.filter(|_| !links[k].follows_parent) else { continue };
@@ -215,7 +215,8 @@ pub(crate) fn constants_with(
 
 fn constants_of(
     tree: &Tree,
-    (k, link): (usize, &tree::TreeLink),
+    k: usize,
+    link: &tree::TreeLink,
     mass: &Matrix4<f64>,
 ) -> Option<Link<One>> {
     let kind = link.joint.kind;

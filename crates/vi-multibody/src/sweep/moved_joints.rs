@@ -47,7 +47,7 @@ pub(crate) fn at_start<S: Space>(
             true => [near * -1.0, zero, far, zero],
             false => [zero, zero, far - near, zero],
         };
-        turn_axes(s, link, (q, m), F, &mut vectors);
+        turn_axes(s, link, q, m, F, &mut vectors);
         s.write_frame(vectors, out, NUMBERS * k);
     }
 }
@@ -57,12 +57,13 @@ pub(crate) fn at_start<S: Space>(
 fn turn_axes<S: Space>(
     s: S,
     link: &Link<S::Store>,
-    (q, m): (&[Number<S>], &[Number<S>]),
+    q: &[Number<S>],
+    m: &[Number<S>],
     F: Screw<S::Vector>,
     [_, near, _, far]: &mut [S::Vector; 4],
 ) {
     for (unknown, column) in (link.unknown..).zip(link.motion.columns()) {
-        let by = by_axis(s, (link, column.act), F).scaled(m[unknown]);
+        let by = by_axis(s, link, column.act, F).scaled(m[unknown]);
         match column.axis {
             Axis::Parent(i) => {
                 let axis = LinkPlace::of_parent(s, link, q).d.mul(s.constant(&link.axes[i]));

@@ -19,7 +19,7 @@ pub(crate) fn open<S: Space>(
 ) {
     for (link, work) in links.iter().zip(works) {
         let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        open_joint(s, link, work, &own, &at);
         open_inertia(s, link, work, &own.d);
         let anchor = own.d.mul(s.constant(&link.anchor));
         let (p, impulse) = (s.read_frame(p, link.frame), s.read_frame(impulse, link.frame));
@@ -40,7 +40,7 @@ pub(crate) fn open_joints<S: Space>(
 ) {
     for (link, work) in links.iter().zip(works) {
         let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        open_joint(s, link, work, &own, &at);
     }
     open_columns(s, links, columns, q);
 }
@@ -56,7 +56,7 @@ pub(crate) fn open_at_rest<S: Space>(
 ) {
     for (link, work) in links.iter().zip(works) {
         let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        open_joint(s, link, work, &own, &at);
         open_inertia(s, link, work, &own.d);
         (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
     }
@@ -76,10 +76,10 @@ pub(crate) fn open_back<S: Space>(
 ) {
     for (link, work) in links.iter().zip(works) {
         let (to, parent) = (LinkPlace::of(s, q0, link.frame), LinkPlace::of_parent(s, link, q0));
-        open_joint(s, link, work, (&to, &parent));
+        open_joint(s, link, work, &to, &parent);
         (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
         let (own, parent) = (LinkPlace::of(s, q1, link.frame), LinkPlace::of_parent(s, link, q1));
-        open_joint(s, link, work, (&own, &parent));
+        open_joint(s, link, work, &own, &parent);
         open_inertia(s, link, work, &own.d);
         work.turn = to.d.times_transposed(&own.d).minus(&Columns::identity(s)).held();
     }
@@ -94,7 +94,8 @@ fn open_joint<S: Space>(
     s: S,
     link: &Link<S::Store>,
     work: &mut Work<S::Store>,
-    (own, at): (&LinkPlace<S::Vector>, &LinkPlace<S::Vector>),
+    own: &LinkPlace<S::Vector>,
+    at: &LinkPlace<S::Vector>,
 ) {
     let mut lever = at.d.mul(s.constant(&link.lever));
     if !link.closes_gap {

@@ -82,7 +82,7 @@ fn length(link: &Link<One>, s: usize) -> usize {
 
 impl PointTree {
     /// Of links with so many slots and unknowns.
-    pub(crate) fn new(links: &[Link<One>], (slots, d): (usize, usize), K: &DMatrix<f64>) -> Self {
+    pub(crate) fn new(links: &[Link<One>], slots: usize, d: usize, K: &DMatrix<f64>) -> Self {
         let s = K.nrows() - 1;
         let block = || vec![Spatial::default(); s * s];
         let screws = |count: usize| vec![Screw::default(); count];
@@ -114,7 +114,7 @@ impl PointTree {
     }
 
     /// Takes the wrenches of `h w_l`, `0 < l < s`.
-    pub(crate) fn bend(&mut self, links: &[Link<One>], (l, h): (usize, f64), w: &[f64]) {
+    pub(crate) fn bend(&mut self, links: &[Link<One>], l: usize, h: f64, w: &[f64]) {
         bend_links(self, links, l, h, w);
     }
 
@@ -124,7 +124,8 @@ impl PointTree {
         links: &[Link<One>],
         l: usize,
         b: &[f64],
-        (scale, more): (f64, &[f64]),
+        scale: f64,
+        more: &[f64],
     ) {
         load_links(self, links, l, b, scale, more);
     }
@@ -274,7 +275,9 @@ fn column<W: Width>(
     s: OneTree<W>,
     axes: &[HeldVector],
     link: &Link<One>,
-    (c, l, points): (usize, usize, usize),
+    c: usize,
+    l: usize,
+    points: usize,
 ) -> (Act, Xyz<W>, Option<Axis>) {
     match link.motion {
         Motion::Spherical | Motion::Free => {
@@ -346,7 +349,7 @@ fn sweep_eliminate<W: Width>(
     let mut solvable = true;
     for (k, link) in links.iter().enumerate().rev() {
         let follows = links.get(k + 1).is_some_and(|next| next.follows_parent);
-        own_blocks(s, at, (k, link), follows, acting);
+        own_blocks(s, at, k, link, follows, acting);
         let d = link.motion.dof();
         let (size, row) = (unknowns(link, n), length(link, n));
         let [ends, pushed] = &mut at.columns;
@@ -357,13 +360,13 @@ fn sweep_eliminate<W: Width>(
         let rows = &mut at.rows[at.first[k]..at.first[k] + size * row];
         for c in 0..d {
             for i in 0..n {
-                let (act, axis, fixed) = column(s, &at.axes, link, (c, i, points));
+                let (act, axis, fixed) = column(s, &at.axes, link, c, i, points);
                 let S = motion(s, link, act, axis);
                 for j in 0..n {
                     let mut end = image(&A[j * n + i].take(s), S);
                     let mut turned = s.zero();
                     if j + 1 == i && fixed.is_some() {
-                        turned = axis.cross(by_axis(s, (link, act), stands[i].wrench.take(s)));
+                        turned = axis.cross(by_axis(s, link, act, stands[i].wrench.take(s)));
                         if let Some(Axis::Child(_)) = fixed {
                             end.angular = end.angular + turned;
                         }
@@ -383,7 +386,7 @@ fn sweep_eliminate<W: Width>(
         }
         for c in 0..d {
             for j in 0..n {
-                let (act, axis, _) = column(s, &at.axes, link, (c, j + 1, points));
+                let (act, axis, _) = column(s, &at.axes, link, c, j + 1, points);
                 let S = motion(s, link, act, axis);
                 let own = &mut rows[(c * n + j) * row..(c * n + j + 1) * row];
                 for (column, end) in own[..size].iter_mut().zip(ends[j..].iter().step_by(n)) {
@@ -455,7 +458,8 @@ fn sweep_eliminate<W: Width>(
 fn own_blocks<W: Width>(
     s: OneTree<W>,
     at: &mut PointTree,
-    (k, link): (usize, &Link<One>),
+    k: usize,
+    link: &Link<One>,
     follows: bool,
     acting: Option<&ActingTransposed>,
 ) {
@@ -567,7 +571,7 @@ fn sweep_substitute<W: Width>(s: OneTree<W>, at: &mut PointTree, links: &[Link<O
         }
         for (c, own) in m.chunks_exact(n).enumerate() {
             for (i, m) in own.iter().enumerate() {
-                let (act, axis, _) = column(s, &at.axes, link, (c, i, points));
+                let (act, axis, _) = column(s, &at.axes, link, c, i, points);
                 let twist = &mut at.stands[k * points + i].twist;
                 *twist = twist.take(s).plus(motion(s, link, act, axis).times(*m)).held();
             }
@@ -602,7 +606,7 @@ fn sweep_push<W: Width>(
             twist.angular = s.zero(); // its unknowns are the spin in space, as in `pull_back`
         }
         for c in 0..link.motion.dof() {
-            let (act, axis, _) = column(s, &at.axes, link, (c, l, points));
+            let (act, axis, _) = column(s, &at.axes, link, c, l, points);
             twist = twist.plus(motion(s, link, act, axis).times(m[link.unknown + c]));
         }
         at.stands[k * points + l].twist = twist.held();

@@ -31,12 +31,12 @@ pub(crate) fn eliminate_side<S: Space>(
         }
         match link.motion {
             Motion::Fixed => {}
-            Motion::Along(act) => pass(s, (link, act), &work.column, &mut x[link.unknown], &mut p),
+            Motion::Along(act) => pass(s, link, act, &work.column, &mut x[link.unknown], &mut p),
             Motion::Several(several) => {
                 for (j, column) in several.iter().enumerate().rev() {
                     let unknown = link.unknown + j;
                     let (own, u) = (&columns[unknown], &mut x[unknown]);
-                    pass(s, (link, column.act), own, u, &mut p);
+                    pass(s, link, column.act, own, u, &mut p);
                 }
             }
             Motion::Spherical => {
@@ -66,7 +66,8 @@ pub(crate) fn eliminate_side<S: Space>(
 #[inline(always)]
 fn pass<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     work: &ColumnWork<S::Store>,
     u: &mut Number<S>,
     p: &mut Screw<S::Vector>,

@@ -74,7 +74,7 @@ pub(super) fn edge((center, axes, half): &PlacedBox, k: u32) -> (Vector3<f64>, V
 }
 
 fn plane((center, axes, half): &PlacedBox, k: u32) -> Plane {
-    face((center, axes, half), k)
+    face(center, axes, half, k)
 }
 
 /// The contact of a feature.

@@ -143,8 +143,10 @@ fn outlined<S: Number>(
 
 /// Such shapes in space, in that order.
 fn outlines(
-    (a, frame_a): (&ContactShape, &[f64]),
-    (b, frame_b): (&ContactShape, &[f64]),
+    a: &ContactShape,
+    frame_a: &[f64],
+    b: &ContactShape,
+    frame_b: &[f64],
 ) -> Option<([ShapeOutline; 2], bool)> {
     let (_, is_exchanged) = outlined(a, b)?;
     let (a, b) = (ShapeOutline::in_space(a, frame_a)?, ShapeOutline::in_space(b, frame_b)?);
@@ -164,11 +166,11 @@ pub fn contact(
     if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
         return box_box::contact(feature, &a, &b);
     }
-    if let Some(([a, b], is_exchanged)) = outlines((a, frame_a), (b, frame_b)) {
+    if let Some(([a, b], is_exchanged)) = outlines(a, frame_a, b, frame_b) {
         let found = outline_pairs::contact(feature, &a, &b).expect("a feature of the pair");
         return if is_exchanged { found.exchanged() } else { found };
     }
-    smooth_contact(feature, (a, frame_a), (b, frame_b))
+    smooth_contact(feature, a, frame_a, b, frame_b)
 }
 
 /// How far two shapes in their frames are apart, m: of shapes that overlap the smallest gap of
@@ -200,7 +202,7 @@ pub fn smallest_gap(
         (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
             of_points(b, frame_b, (points, frame_a))
         }
-        _ => match outlines((a, frame_a), (b, frame_b)) {
+        _ => match outlines(a, frame_a, b, frame_b) {
             Some(([a, b], _)) => Some(outline_active::separation(&a, &b)),
             None => {
                 let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
@@ -217,20 +219,24 @@ pub fn smallest_gap(
 #[must_use]
 pub fn smooth_contact<S: Embed<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape<S>, &[T]),
-    (b, frame_b): (&ContactShape<S>, &[T]),
+    a: &ContactShape<S>,
+    frame_a: &[T],
+    b: &ContactShape<S>,
+    frame_b: &[T],
 ) -> ContactPoint<T> {
     match one_way(a, b) {
-        None => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
-        Some(_) => between(feature, (a, frame_a), (b, frame_b)),
+        None => between(feature, b, frame_b, a, frame_a).map(ContactPoint::exchanged),
+        Some(_) => between(feature, a, frame_a, b, frame_b),
     }
     .expect("a pair of shapes with a gap")
 }
 
 fn between<S: Embed<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape<S>, &[T]),
-    (b, frame_b): (&ContactShape<S>, &[T]),
+    a: &ContactShape<S>,
+    frame_a: &[T],
+    b: &ContactShape<S>,
+    frame_b: &[T],
 ) -> Option<ContactPoint<T>> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
     let index = feature as usize;
@@ -251,7 +257,7 @@ fn between<S: Embed<T>, T: Number>(
                     Some(plane.contact_with(&box_box::corner(&b.place(frame_b)?, feature)))
                 }
                 Cylinder { ends, radius } => {
-                    Some(cylinder_plane::contact(feature, &plane, (ends, *radius), frame_b))
+                    Some(cylinder_plane::contact(feature, &plane, ends, *radius, frame_b))
                 }
                 Plane { .. } => None,
             }
@@ -303,10 +309,10 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
     let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
     match (a, b) {
         (Plane { normal, .. }, Cylinder { ends, .. }) => {
-            points_of_rims((&turned(frame_a, normal), ends, frame_b), &gap, reach, out);
+            points_of_rims(&turned(frame_a, normal), ends, frame_b, &gap, reach, out);
         }
         (Cylinder { ends, .. }, Plane { normal, .. }) => {
-            points_of_rims((&turned(frame_b, normal), ends, frame_a), &gap, reach, out);
+            points_of_rims(&turned(frame_b, normal), ends, frame_a, &gap, reach, out);
         }
         (Capsule { .. }, Capsule { .. }) => {
             let found = segments::active((a, frame_a), (b, frame_b));
@@ -318,13 +324,13 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
             }
         }
         (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {
-            points_on_solid((a, of_a), (points, of_b), reach, out);
+            points_on_solid((a, of_a), points, of_b, reach, out);
         }
         (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
-            points_on_solid((b, of_b), (points, of_a), reach, out);
+            points_on_solid((b, of_b), points, of_a, reach, out);
         }
         _ => {
-            if let Some(([a, b], _)) = outlines((a, frame_a), (b, frame_b)) {
+            if let Some(([a, b], _)) = outlines(a, frame_a, b, frame_b) {
                 outline_active::active(&a, &b, reach, out);
                 return;
             }
@@ -342,17 +348,20 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
 
 fn points_on_solid(
     (of, frames): Moved<'_>,
-    (points, own): (&[Vector3<f64>], [&[f64]; 2]),
+    points: &[Vector3<f64>],
+    own: [&[f64]; 2],
     reach: f64,
     out: &mut Vec<(u32, f64)>,
 ) {
     if let [Some(before), Some(now)] = frames.map(|frame| Solid::in_space(of, frame)) {
-        points_solid::active([before, now], (points, own), reach, out);
+        points_solid::active([before, now], points, own, reach, out);
     }
 }
 
 fn points_of_rims(
-    (normal, ends, frame): (&Vector3<f64>, &[Vector3<f64>; 2], &[f64]),
+    normal: &Vector3<f64>,
+    ends: &[Vector3<f64>; 2],
+    frame: &[f64],
     gap: &impl Fn(u32) -> f64,
     reach: f64,
     out: &mut Vec<(u32, f64)>,

@@ -148,7 +148,7 @@ impl ShapeOutline {
 
     pub(super) fn face(&self, k: u32) -> Plane {
         match self.kind {
-            OutlineShape::Box => face((&self.center, &self.axes, &self.half), k),
+            OutlineShape::Box => face(&self.center, &self.axes, &self.half, k),
             _ => {
                 let normal = self.axis(2) * side(k + 1);
                 Plane { point: self.center + normal * self.half.z, normal }

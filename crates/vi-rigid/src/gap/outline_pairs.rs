@@ -329,7 +329,7 @@ impl Feature {
     pub(super) fn halves(&self, [first, second]: [&ShapeOutline; 2]) -> [Touch; 2] {
         let (rim, bar) = (first.rim(self.i), second.bar(self.j));
         rim.on_line(&bar.line())
-            .map(|closest| self.rim_with_line(&rim, (&bar, second), &closest, &rim.axis))
+            .map(|closest| self.rim_with_line(&rim, &bar, second, &closest, &rim.axis))
     }
 
     /// The closest point of a whole rim with a line.
@@ -338,13 +338,14 @@ impl Feature {
         let is_other = (!one.is_least && other.is_least)
             || (one.is_least == other.is_least && other.distance() < one.distance());
         let closest = Closest { is_least: true, ..if is_other { other } else { one } };
-        self.rim_with_line(rim, (bar, second), &closest, &Vector3::zeros())
+        self.rim_with_line(rim, bar, second, &closest, &Vector3::zeros())
     }
 
     fn rim_with_line(
         &self,
         rim: &Rim,
-        (bar, second): (&OutlineLine, &ShapeOutline),
+        bar: &OutlineLine,
+        second: &ShapeOutline,
         closest: &Closest,
         end: &Vector3<f64>,
     ) -> Touch {

@@ -41,7 +41,8 @@ struct SolidSearch<'a> {
 /// Appends the points that may touch, each with its face, in ascending order of their numbers.
 pub(super) fn active(
     solid: [Solid; 2],
-    (points, frames): (&[Vector3<f64>], [&[f64]; 2]),
+    points: &[Vector3<f64>],
+    frames: [&[f64]; 2],
     reach: f64,
     out: &mut Vec<(u32, f64)>,
 ) {

@@ -57,7 +57,7 @@ impl<'a> Terms<'a> {
             self.held(place, name)
         } else if let Some(value) = &signal.value {
             let own = [("t", NumberSource::Input(0))];
-            self.formula((&label(name), &key(name, "value")), value, &own)?
+            self.formula(&label(name), &key(name, "value"), value, &own)?
         } else if signal.pid.is_some() || signal.transfer.is_some() {
             self.value_of_parts(signal, place)?
         } else {
@@ -148,7 +148,7 @@ impl<'a> Terms<'a> {
         let own = [("t", NumberSource::Input(0))];
         let (of, formula) = signal.stated(part).expect("it is stated");
         let name = &signal.name;
-        let source = self.formula((&label(name), &key(name, of)), formula, &own)?;
+        let source = self.formula(&label(name), &key(name, of), formula, &own)?;
         self.parts.entry(name).or_default().push((part.to_owned(), source));
         Ok(source)
     }
@@ -158,7 +158,7 @@ impl<'a> Terms<'a> {
         let (place, name) = (self.place(signal), signal.name.as_str());
         let own = [("t", NumberSource::Input(0))];
         if let Some(rate) = &signal.rate {
-            let rate = self.formula((&label(name), &key(name, "rate")), rate, &own)?;
+            let rate = self.formula(&label(name), &key(name, "rate"), rate, &own)?;
             self.rates[place] = Some(rate);
         }
         if signal.filter.is_some() {

@@ -236,7 +236,8 @@ impl<'a> Terms<'a> {
     /// Adds an expression of its own variables and of what it names.
     pub(crate) fn formula(
         &mut self,
-        (owner, key): (&str, &str),
+        owner: &str,
+        key: &str,
         formula: &Formula,
         own: &[(&str, NumberSource)],
     ) -> Result<NumberSource, ModelError> {

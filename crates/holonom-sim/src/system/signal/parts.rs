@@ -99,7 +99,7 @@ impl<'a> Terms<'a> {
         let watched = names.outside.watched.iter().map(|own| {
             let Some(formula) = own else { return Ok(None) };
             let time = [("t", NumberSource::Input(0))];
-            self.formula(("signals", "signal"), formula, &time).map(Some)
+            self.formula("signals", "signal", formula, &time).map(Some)
         });
         let watched: Vec<Option<NumberSource>> = watched.collect::<Result<_, ModelError>>()?;
         let known = std::mem::take(&mut self.output);

@@ -200,11 +200,7 @@ impl NodeTasks {
     }
 
     /// The value of what a task samples into a place, and how that changes.
-    fn sampled(
-        &self,
-        (of, place): (NumberSource, usize),
-        at: &mut SampledNode<'_>,
-    ) -> (f64, Change) {
+    fn sampled(&self, of: NumberSource, place: usize, at: &mut SampledNode<'_>) -> (f64, Change) {
         let value = self.value(of, at);
         let Some(Changes { own, by }) = &at.changes else { return (value, Change::default()) };
         let mut change = self.change(of, at, own);
@@ -217,11 +213,11 @@ impl NodeTasks {
     fn run(&self, task: &SamplerTask, at: &mut SampledNode<'_>) {
         match *task {
             SamplerTask::Value { held, of } => {
-                let (value, change) = self.sampled((of, held), at);
+                let (value, change) = self.sampled(of, held, at);
                 at.put(held, value, change);
             }
             SamplerTask::Keep { past, of } => {
-                let (value, change) = self.sampled((of, past.first), at);
+                let (value, change) = self.sampled(of, past.first, at);
                 past.push(at.y[0], value, at.internal);
                 if let Some(Changes { own, .. }) = &mut at.changes {
                     own[past.first] = Change::default();
@@ -270,10 +266,10 @@ impl NodeTasks {
             match due.task {
                 SamplerTask::Keep { past, of } => {
                     at.put(past.first, at.y[0], Change::default());
-                    self.fill_past((past, of), at);
+                    self.fill_past(past, of, at);
                 }
                 SamplerTask::Pid { held, error, .. } => {
-                    let (value, change) = self.sampled((error, held), at);
+                    let (value, change) = self.sampled(error, held, at);
                     at.put(held + 2, value, change);
                 }
                 SamplerTask::Value { .. } => {}
@@ -283,8 +279,8 @@ impl NodeTasks {
     }
 
     /// All that is kept is what it is now.
-    fn fill_past(&self, (past, of): (Past, NumberSource), at: &mut SampledNode<'_>) {
-        let (value, change) = self.sampled((of, past.first), at);
+    fn fill_past(&self, past: Past, of: NumberSource, at: &mut SampledNode<'_>) {
+        let (value, change) = self.sampled(of, past.first, at);
         (1..=past.count).for_each(|k| at.put(past.first + k, value, change.clone()));
     }
 
@@ -322,7 +318,7 @@ impl NodeTasks {
         self.filter(&mut at);
         for due in &self.tasks {
             if let SamplerTask::Keep { past, of } = due.task {
-                self.fill_past((past, of), &mut at);
+                self.fill_past(past, of, &mut at);
             }
         }
         at.changes.map(|changes| changes.own)

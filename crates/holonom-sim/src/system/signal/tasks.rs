@@ -22,7 +22,7 @@ impl<'a> Terms<'a> {
             if let Some(value) = &signal.value {
                 let own = [("t", NumberSource::Input(0)), ("last", self.held(place, name))];
                 let key = key(name, "value");
-                let of = self.formula((&label(name), &key), value, &own)?;
+                let of = self.formula(&label(name), &key, value, &own)?;
                 let task = SamplerTask::Value { held: place, of };
                 all.push((place, of, None, Due { every, task }));
             } else if let Some(pid) = &signal.pid {

@@ -65,7 +65,8 @@ impl LawForce {
     pub fn add_effort_slopes(
         &self,
         at: Motion<'_>,
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         self.reading.with_slopes_at_node(at, |work| {

@@ -143,7 +143,8 @@ impl Target {
     fn add_slope_along(
         &self,
         ends: &[(EffortAxes<'_>, &[f64], (f64, bool))],
-        (efforts, scale): (&[f64], f64),
+        efforts: &[f64],
+        scale: f64,
         out: &mut [f64],
     ) {
         for (place, y, turns) in ends {
@@ -167,7 +168,7 @@ impl Pushes for Target {
         let mut unit = [0.0; 6];
         unit[k] = 1.0;
         let mut slope = vec![0.0; y[0].len()];
-        self.add_slope_along(&ends(at, y, group), (&unit, 1.0), &mut slope);
+        self.add_slope_along(&ends(at, y, group), &unit, 1.0, &mut slope);
         slope
     }
 

@@ -101,7 +101,7 @@ impl Turning<'_> {
         for (end, (place, y, (share, follows))) in ends(at, y, i).into_iter().enumerate() {
             let of_row = (f64::from(u8::from(follows)), share);
             let of_column = (f64::from(u8::from(is_node || end == j)), at.parts(j)[0]);
-            self.emit_at(place, (y, scale), [of_row, of_column], out);
+            self.emit_at(place, y, scale, [of_row, of_column], out);
         }
     }
 
@@ -109,7 +109,8 @@ impl Turning<'_> {
     fn emit_at(
         &self,
         at: EffortAxes<'_>,
-        (y, scale): (&[f64], f64),
+        y: &[f64],
+        scale: f64,
         moved: [(f64, f64); 2],
         out: &mut dyn Entries,
     ) {

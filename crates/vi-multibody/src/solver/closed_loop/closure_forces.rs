@@ -71,7 +71,8 @@ impl ClosureForces {
     /// lost rank.
     pub(crate) fn solve(
         &mut self,
-        (q, c): (&[f64], &[f64]),
+        q: &[f64],
+        c: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { loops, forms, ranks, constraints, arms, balance, .. } = self;
@@ -83,7 +84,7 @@ impl ClosureForces {
         let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         for ((cluster, form), rank) in clusters.iter_mut().zip(forms).zip(ranks) {
             let paths = &mut cluster.paths;
-            eliminate(paths, (form, *rank), at);
+            eliminate(paths, form, *rank, at);
             let width = paths.columns.len();
             for k in 0..form.pivots().len() {
                 let (pivot, rest) = form.row(k);
@@ -132,7 +133,7 @@ impl ClosureForces {
 }
 
 /// `[U T]` of a cluster, rows scaled as for rank decisions.
-fn eliminate(paths: &mut Paths, (form, rank): (&mut Echelon, usize), at: RowPlace<'_>) {
+fn eliminate(paths: &mut Paths, form: &mut Echelon, rank: usize, at: RowPlace<'_>) {
     form.clear();
     let width = paths.columns.len();
     for i in 0..paths.rows.len() {

@@ -190,7 +190,8 @@ impl ClosureRows {
     pub(super) fn for_each_wrench(
         &self,
         i: usize,
-        (q, last): (&[f64], &mut LastForm),
+        q: &[f64],
+        last: &mut LastForm,
         mut visit: impl FnMut(usize, Option<Vector3<f64>>, Vector3<f64>),
     ) -> bool {
         let Some(Some(product)) = self.products.get(i) else { return false };
@@ -251,7 +252,7 @@ mod tests {
                     };
                     closures.push(&row, site);
                     let mut sums = wrenches(&row, &q, &references);
-                    let taken = closures.for_each_wrench(i, (&q, &mut last), |body, f, moment| {
+                    let taken = closures.for_each_wrench(i, &q, &mut last, |body, f, moment| {
                         let wrench = Twist::new(f.unwrap_or_default(), moment);
                         sums[body].add_scaled(-1.0, &wrench);
                     });

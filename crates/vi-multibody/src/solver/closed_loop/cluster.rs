@@ -176,7 +176,8 @@ impl Cluster {
     pub(crate) fn rank_within(
         &mut self,
         rows: &[usize],
-        (at, side): (RowPlace<'_>, &[f64]),
+        at: RowPlace<'_>,
+        side: &[f64],
         tolerance: f64,
     ) -> usize {
         self.paths.fill_with(&mut self.next, rows.iter().copied(), at, side);

@@ -61,7 +61,7 @@ impl Left {
         self.ends.fill([NONE; 2]);
     }
 
-    fn push(&mut self, column: usize, (bundle, u): (usize, FourRows)) {
+    fn push(&mut self, column: usize, bundle: usize, u: FourRows) {
         let (here, [first, last]) = (self.entries.len(), &mut self.ends[column]);
         match self.entries.get_mut(*last) {
             Some(last) => last.next = here,
@@ -139,7 +139,7 @@ impl Complement {
             let (twists, moved) = self.gather_rows(paths, links, x);
             for row in 0..own.len() {
                 let i = 4 * bundle + row;
-                self.write_row((i, row), &twists, g[i] - moved[row]);
+                self.write_row(i, row, &twists, g[i] - moved[row]);
             }
             self.met.drain(..).for_each(|b| self.marked[b] = false);
             paths.four.clear(&paths.links);
@@ -153,7 +153,7 @@ impl Complement {
         let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
         let wrenches = transmit();
         for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
-            self.left.push(column, (bundle, four.values[column]));
+            self.left.push(column, bundle, four.values[column]);
         }
         wrenches
     }
@@ -200,7 +200,7 @@ impl Complement {
     }
 
     /// Row `i` of `C`, one of the four at hand, with its right-hand sides.
-    fn write_row(&mut self, (i, row): (usize, usize), twists: &[FourRows; 6], gap: f64) {
+    fn write_row(&mut self, i: usize, row: usize, twists: &[FourRows; 6], gap: f64) {
         let Self { rank, matrix, line, met, .. } = self;
         let mut sides = [gap; SIDES];
         sides.iter_mut().zip(twists).for_each(|(side, part)| *side = part[row]);

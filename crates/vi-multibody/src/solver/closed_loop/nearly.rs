@@ -111,7 +111,7 @@ pub(super) fn find(
     if !nearly.contains(&true) {
         return None;
     }
-    let constraints = walk.constraints((&nearly, &most), &q);
+    let constraints = walk.constraints(&nearly, &most, &q);
     let clusters = rows.into_iter().zip(rows_at_start).zip(&nearly);
     let clusters = clusters
         .map(|((rows, rows_at_start), nearly)| nearly.then_some(Nearly { rows, rows_at_start }));
@@ -271,7 +271,7 @@ impl<'a> Walk<'a> {
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
         let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let own = clusters.iter_mut().zip(rows);
-        own.map(|(cluster, rows)| cluster.rank_within(rows, (at, side), tolerance)).collect()
+        own.map(|(cluster, rows)| cluster.rank_within(rows, at, side, tolerance)).collect()
     }
 
     /// The shortest `u` with `J_r u` equal to `side`, where the tree stands at `q`.
@@ -417,7 +417,7 @@ impl<'a> Walk<'a> {
     }
 
     /// What clusters allow their constraints; `most`: their ranks.
-    fn constraints(&mut self, (nearly, most): (&[bool], &[usize]), q: &[f64]) -> NearlyRedundant {
+    fn constraints(&mut self, nearly: &[bool], most: &[usize], q: &[f64]) -> NearlyRedundant {
         let mut allowances = vec![0.0; vi_constraints::Constraints::len(self.mechanism)];
         let numbers = self.mechanism.loop_rows();
         let own = self.loops.clusters.iter().zip(nearly).filter(|(_, nearly)| **nearly);

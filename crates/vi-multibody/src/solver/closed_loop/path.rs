@@ -291,7 +291,7 @@ impl Paths {
             for row in first..first + alongside {
                 let Self { rows, four, closures, .. } = self;
                 let put = |k, force, moment| four.add_wrench((k, row), force, moment);
-                if closures.for_each_wrench(own[row], (at.q, &mut last), put) {
+                if closures.for_each_wrench(own[row], at.q, &mut last, put) {
                     continue;
                 }
                 at.for_each_wrench(&rows[own[row]].row, |frame, wrench| {
@@ -304,7 +304,7 @@ impl Paths {
                 });
             }
             let (row, next) = (&self.rows[i], at.next);
-            self.four.carry(&self.links, (&row.path, row.apex), (links, next));
+            self.four.carry(&self.links, &row.path, row.apex, links, next);
             first += alongside;
         }
     }

@@ -125,8 +125,10 @@ impl RowSweeps {
     pub(in crate::solver) fn carry(
         &mut self,
         links: &[ClusterLink],
-        (path, apex): (&[usize], Option<usize>),
-        (at, next): (Links<'_>, bool),
+        path: &[usize],
+        apex: Option<usize>,
+        at: Links<'_>,
+        next: bool,
     ) {
         in_registers!(lanes => self.carry_in(lanes, links, (path, apex), (at, next)))
     }

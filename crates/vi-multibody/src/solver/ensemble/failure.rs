@@ -26,7 +26,8 @@ impl<'a> MemberFailure<'a> {
     pub(super) fn new(
         member: usize,
         run: &MechanismIntegrator,
-        (scheme, error): (SchemeKind, &'a StepError),
+        scheme: SchemeKind,
+        error: &'a StepError,
     ) -> Self {
         let (state, mechanism) = (run.state(), run.constraints());
         let along = matches!(scheme, SchemeKind::Nodal | SchemeKind::Reduced);

@@ -88,7 +88,7 @@ impl<T: Register> Lanewise<T> {
             .zip(&members[..count])
             .map(|(of, run)| EnsembleMember::new(of, run))
             .collect();
-        let kernel = Kernel::new(lanes, (&links, &weights), &own, sub_steps.len())?;
+        let kernel = Kernel::new(lanes, &links, &weights, &own, sub_steps.len())?;
         let (newton, step) = (options.newton, options.step);
         Some(Self { kernel, own, alone: 0, sub_steps, newton, step, raised: true })
     }
@@ -104,10 +104,10 @@ impl<T: Register> Lanewise<T> {
 
     /// Moves the integrator of a member to the start of the macro step, of which `undone` sub-steps
     /// were taken.
-    fn bring(&mut self, (lane, undone): (usize, usize), run: &mut MechanismIntegrator) {
+    fn bring(&mut self, lane: usize, undone: usize, run: &mut MechanismIntegrator) {
         let now = &mut self.own[lane].now;
         if run.state().step != now.step {
-            self.kernel.write((lane, undone), now);
+            self.kernel.write(lane, undone, now);
             run.place_at(now);
         }
     }
@@ -150,7 +150,7 @@ impl<T: Register> Lanewise<T> {
         let reads = self.own.iter().any(|own| own.is_read);
         for lane in self.moving().filter(|_| reads) {
             if self.own[lane].is_read {
-                self.bring((lane, 0), &mut members[lane]);
+                self.bring(lane, 0, &mut members[lane]);
             }
         }
         if count > 1 {
@@ -168,18 +168,18 @@ impl<T: Register> Lanewise<T> {
                 }
             }
             self.raise_floors(members, h);
-            self.kernel.solve((index, h), (members, &mut self.own), &self.newton);
+            self.kernel.solve(index, h, members, &mut self.own, &self.newton);
             for lane in self.moving() {
                 if self.kernel.what[lane] == LaneState::Refused {
                     (self.kernel.what[lane], alone[lane]) = (LaneState::Idle, true);
-                    failures[lane] = self.take_alone((lane, index), &mut members[lane]).err();
+                    failures[lane] = self.take_alone(lane, index, &mut members[lane]).err();
                 }
             }
-            off = self.kernel.end((index, h), members, &mut self.own);
+            off = self.kernel.end(index, h, members, &mut self.own);
             for lane in self.moving() {
                 let (own, run) = (&mut self.own[lane], &members[lane]);
                 let t_end = own.end_of(h, last);
-                own.move_on(LaneOf { lane, run }, (t_end, last.is_some()), &self.kernel.q);
+                own.move_on(LaneOf { lane, run }, t_end, last.is_some(), &self.kernel.q);
             }
         }
         for lane in 0..self.own.len() {
@@ -208,14 +208,15 @@ impl<T: Register> Lanewise<T> {
     ) -> Result<(), StepError> {
         let own = &mut self.own[lane];
         own.close(lane, self.kernel.last_change());
-        self.kernel.write((lane, 0), &mut own.now);
+        self.kernel.write(lane, 0, &mut own.now);
         run.take_over(&own.now, &mut own.s, is_clean)
     }
 
     /// A macro step by the integrator of the member, after `undone` sub-steps in its lane.
     fn take_alone(
         &mut self,
-        (lane, undone): (usize, usize),
+        lane: usize,
+        undone: usize,
         run: &mut MechanismIntegrator,
     ) -> Result<(), StepError> {
         self.alone += 1;
@@ -223,7 +224,7 @@ impl<T: Register> Lanewise<T> {
             self.kernel.return_to_start(lane);
             self.own[lane].return_to_start();
         }
-        self.bring((lane, undone), run);
+        self.bring(lane, undone, run);
         run.step().map(|_| ())
     }
 }

@@ -74,7 +74,8 @@ impl<T: Register> Kernel<T> {
     /// composition of `sub_steps`.
     pub(super) fn new(
         lanes: T,
-        (members, weights): (&[&[Link<One>]], &[Vec<f64>]),
+        members: &[&[Link<One>]],
+        weights: &[Vec<f64>],
         own: &[EnsembleMember],
         sub_steps: usize,
     ) -> Option<Self> {
@@ -135,7 +136,7 @@ impl<T: Register> Kernel<T> {
 
     /// Writes what a lane knows of the state of its member, at the start of a macro step of which
     /// `undone` sub-steps were taken.
-    pub(super) fn write(&self, (lane, undone): (usize, usize), state: &mut State) {
+    pub(super) fn write(&self, lane: usize, undone: usize, state: &mut State) {
         let Self { q, p, compensation, balance, history, .. } = self;
         take_lane(q, lane, &mut state.q);
         take_lane(p, lane, &mut state.p);
@@ -204,8 +205,10 @@ impl<T: Register> Kernel<T> {
     /// Solves sub-step `index` of length `h`; lanes that are not idle are then solved or refused.
     pub(super) fn solve(
         &mut self,
-        (index, h): (usize, f64),
-        (members, own): (&[MechanismIntegrator], &mut [EnsembleMember]),
+        index: usize,
+        h: f64,
+        members: &[MechanismIntegrator],
+        own: &mut [EnsembleMember],
         settings: &NewtonSettings,
     ) {
         let (lanes, count) = (self.lanes, T::Lanes::COUNT);
@@ -410,7 +413,8 @@ impl<T: Register> Kernel<T> {
     /// was not as it should be, a bit each.
     pub(super) fn end(
         &mut self,
-        (index, h): (usize, f64),
+        index: usize,
+        h: f64,
         members: &[MechanismIntegrator],
         own: &mut [EnsembleMember],
     ) -> u8 {
@@ -427,7 +431,7 @@ impl<T: Register> Kernel<T> {
                 let clean = |k: usize, off: u8, q: &mut [T::Lanes]| {
                     let link = &links[k];
                     let frames = (link.frame, link.parent_frame);
-                    clean_lanes((k, frames), (&*own, off), q, scratch)
+                    clean_lanes(k, frames, &*own, off, q, scratch)
                 };
                 let ends = StepEnds { h, q0: q, compensation, q1: end, dq, middle: None };
                 let next = Next { q: next, rounding, p };
@@ -451,7 +455,7 @@ impl<T: Register> Kernel<T> {
         }
         for lane in (0..own.len()).filter(|lane| *acts_along && moves(lane)) {
             let run = &members[lane];
-            own[lane].end_efforts(LaneOf { lane, run }, end, (p, r));
+            own[lane].end_efforts(LaneOf { lane, run }, end, p, r);
         }
         for (balance, r) in balance.iter_mut().zip(&*r) {
             *balance = *balance + *r;
@@ -467,8 +471,10 @@ impl<T: Register> Kernel<T> {
 #[cold]
 #[inline(never)]
 fn clean_lanes<L: Lanes>(
-    (k, (frame, parent_frame)): (usize, (usize, usize)),
-    (own, off): (&[EnsembleMember], u8),
+    k: usize,
+    (frame, parent_frame): (usize, usize),
+    own: &[EnsembleMember],
+    off: u8,
     q: &mut [L],
     scratch: &mut [f64],
 ) -> u8 {

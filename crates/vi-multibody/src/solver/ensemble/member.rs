@@ -209,7 +209,7 @@ impl EnsembleMember {
             efforts.slopes(run.system(), StepTimes::of(s), slope);
         }
         if let Some(bodies) = bodies {
-            bodies.assemble(run.system(), s, (tree, links));
+            bodies.assemble(run.system(), s, tree, links);
             for (all, own) in added.iter_mut().zip(bodies.blocks()) {
                 put_spatial(own.take(SPACE), lane, all);
             }
@@ -251,7 +251,8 @@ impl EnsembleMember {
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
         q: &[L],
-        (p, r): (&mut [L], &mut [L]),
+        p: &mut [L],
+        r: &mut [L],
     ) {
         if self.bodies.is_some() || self.efforts.is_none() {
             return;
@@ -268,7 +269,8 @@ impl EnsembleMember {
     pub(super) fn move_on<L: Lanes>(
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
-        (t_end, last): (f64, bool),
+        t_end: f64,
+        last: bool,
         q: &[L],
     ) {
         self.now.t = t_end;

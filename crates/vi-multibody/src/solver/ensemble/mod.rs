@@ -356,7 +356,7 @@ impl Ensemble {
     pub fn failed(&self) -> impl Iterator<Item = MemberFailure<'_>> {
         let members = self.members.iter().zip(&self.failures).enumerate();
         members.filter_map(|(k, (run, failure))| {
-            Some(MemberFailure::new(k, run, (self.scheme, failure.as_ref()?)))
+            Some(MemberFailure::new(k, run, self.scheme, failure.as_ref()?))
         })
     }
 

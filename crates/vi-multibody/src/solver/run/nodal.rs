@@ -35,7 +35,8 @@ pub(super) fn nodal(
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
-    (loops, at): (&IndependentLoops, InitialValues<'_>),
+    loops: &IndependentLoops,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme, SetupError> {
     let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();

@@ -36,7 +36,9 @@ pub(super) fn node_solvers(
     mechanism: &Arc<Mechanism>,
     system: &SeparableSystem,
     solver: Solver,
-    (loops, memory, at): (&IndependentLoops, bool, InitialValues<'_>),
+    loops: &IndependentLoops,
+    memory: bool,
+    at: InitialValues<'_>,
 ) -> NodeSolvers {
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();

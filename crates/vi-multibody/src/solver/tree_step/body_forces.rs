@@ -94,11 +94,12 @@ impl BodyForces {
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        (tree, links): (&Tree, &[Link<One>]),
+        tree: &Tree,
+        links: &[Link<One>],
     ) {
         let Self { apart, emitted, .. } = self;
         let other = |out: &mut dyn Entries| system.other_d2_d1(s, apart, out);
-        emitted.assemble(&other, (tree, links), [&s.q0, &s.q1], -s.h);
+        emitted.assemble(&other, tree, links, [&s.q0, &s.q1], -s.h);
     }
 
     /// `−h A_α` of them, of each link about its reference point.

@@ -48,7 +48,8 @@ impl Emitted {
     pub(in crate::solver) fn assemble(
         &mut self,
         matrix: &Emission<'_>,
-        (tree, links): (&Tree, &[Link<One>]),
+        tree: &Tree,
+        links: &[Link<One>],
         [q0, q1]: [&[f64]; 2],
         factor: f64,
     ) {

@@ -149,7 +149,7 @@ impl TreeStep {
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         let Self { at, tree, efforts, laws, variable, s, .. } = self;
         if let Some(variable) = variable {
-            variable.assemble(system, s, (tree, &at.links));
+            variable.assemble(system, s, tree, &at.links);
         }
         if let Some(laws) = laws {
             laws.places().for_each(|(link, unknown)| at.column_mut(link, unknown).slope = 0.0);

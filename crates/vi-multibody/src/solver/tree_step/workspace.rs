@@ -194,8 +194,10 @@ impl Workspace {
     /// [`costate::pull`] at `q` with `w` and `m`; `a`, `b`, `μ`; `rate`: `1/h`, 0 without inertia.
     pub(in crate::solver) fn pull(
         &mut self,
-        (q, rate): (&[f64], f64),
-        (w, m): (&[f64], &[f64]),
+        q: &[f64],
+        rate: f64,
+        w: &[f64],
+        m: &[f64],
         [a, b, mu]: [&mut [f64]; 3],
     ) {
         let pulled = Pulled { a, b, mu };
@@ -210,7 +212,8 @@ impl Workspace {
     /// [`moved_joints::at_end`] at `q` with what is not inertia of `c − Aᵀ μ`, `b'` and `μ`.
     pub(in crate::solver) fn moved_at_end(
         &mut self,
-        (q, rate): (&[f64], f64),
+        q: &[f64],
+        rate: f64,
         [c, b, mu]: [&[f64]; 3],
         out: &mut [f64],
     ) {
