@@ -348,7 +348,7 @@ impl NumberChain<'_> {
                 }
                 Constraint::Rolling { .. } => self.rolling(&key, k, constraint)?,
                 Constraint::Blade { body, position, axis, relative_to, .. } => {
-                    self.blade(&key, (k, body), (*position, *axis), relative_to.as_deref())?
+                    self.blade(&key, k, body, *position, *axis, relative_to.as_deref())?
                 }
                 Constraint::Velocity { .. } => None, // of expressions
             };

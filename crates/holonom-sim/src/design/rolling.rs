@@ -70,8 +70,10 @@ impl NumberChain<'_> {
     pub(super) fn blade(
         &self,
         key: &str,
-        (k, body): (usize, &str),
-        (position, axis): ([f64; 3], [f64; 3]),
+        k: usize,
+        body: &str,
+        position: [f64; 3],
+        axis: [f64; 3],
         relative_to: Option<&str>,
     ) -> Result<Option<ScalarTangent>, ModelError> {
         let Some(frame) = self.model.frame(body) else { return Ok(None) };

@@ -105,7 +105,7 @@ impl StartOf<'_> {
                 return Err(refused("simulation.start", what, LEAVE_OUT));
             }
             let spin = self.change_of_rotation(own, rotation)?;
-            let found = relative.change(self, run, (design, k, own), spin);
+            let found = relative.change(self, run, design, k, own, spin);
             let found = found.map_err(|Singular| singular(&own.name))?;
             let [open, rate] = self.opened(own, [&found.q, &found.v])?;
             for (open, size) in [(open, &found.q), (rate, &found.v)] {
@@ -211,7 +211,9 @@ impl Relative {
         &mut self,
         start: &StartOf<'_>,
         run: &MechanismIntegrator,
-        (design, k, own): (&dyn Design, usize, &ModelTangent),
+        design: &dyn Design,
+        k: usize,
+        own: &ModelTangent,
         by: Spin,
     ) -> Result<StartTangent, Singular> {
         let InitialValues { t, q, v, .. } = start.at;

@@ -137,7 +137,7 @@ impl Costs {
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
             match prices.nodes.get(&own.name) {
-                Some(at) => costs.add_at_nodes(model, (system, run), (own, at), tangents)?,
+                Some(at) => costs.add_at_nodes(model, system, run, own, at, tangents)?,
                 None => costs.add(model, system, run, own, tangents)?,
             }
         }
@@ -150,8 +150,10 @@ impl Costs {
     fn add_at_nodes(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
-        (own, at): (&Stated, &[(usize, f64)]),
+        system: &mut System,
+        run: &MechanismIntegrator,
+        own: &Stated,
+        at: &[(usize, f64)],
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let CountedTerm::Sensor { key, of, judged } = CountedTerm::of(model, own)? else {

@@ -118,7 +118,7 @@ impl ResidualRows {
             ObjectiveKind::Momentum => {
                 let key = format!("{key}.type");
                 let unknowns = moving(model, &key)?;
-                self.momenta(model, (&key, unknowns), [0.0, 1.0 / own.weight.sqrt()]);
+                self.momenta(model, &key, unknowns, [0.0, 1.0 / own.weight.sqrt()]);
             }
             _ => {
                 let what = "a design by efforts of controls";
@@ -151,7 +151,7 @@ impl ResidualRows {
                 let (unknowns, joints) = resting(model, own)?;
                 self.resting.extend(joints);
                 self.bounds.extend(vec![[0.0; 2]; unknowns.len()]);
-                self.momenta(model, (&format!("{key}.type"), unknowns), [0.0, 1.0]);
+                self.momenta(model, &format!("{key}.type"), unknowns, [0.0, 1.0]);
                 self.conditions.push(first..self.count);
                 continue;
             }
@@ -190,7 +190,8 @@ impl ResidualRows {
     fn momenta(
         &mut self,
         model: &Model,
-        (key, unknowns): (&str, Vec<usize>),
+        key: &str,
+        unknowns: Vec<usize>,
         [value, sigma]: [f64; 2],
     ) {
         for unknown in unknowns {

@@ -41,7 +41,7 @@ impl ExpressionLaw {
 
     #[cold]
     fn note(&self, at: [f64; 3], undefined: &UndefinedPart) -> f64 {
-        self.fault.note(&self.owner, (&self.program, undefined), &ALONG, (&at, at[0]))
+        self.fault.note(&self.owner, &self.program, undefined, &ALONG, &at, at[0])
     }
 }
 

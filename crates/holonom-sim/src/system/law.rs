@@ -37,7 +37,7 @@ impl MotionLaw {
     #[cold]
     fn note(&self, y: &[f64], program: &ExpressionProgram, undefined: &UndefinedPart) -> f64 {
         let owner = label(&self.name);
-        self.fault.note(&owner, (program, undefined), &MOTION, (y, y[0]))
+        self.fault.note(&owner, program, undefined, &MOTION, y, y[0])
     }
 }
 

@@ -34,9 +34,11 @@ impl LastFault {
     pub(crate) fn note(
         &self,
         owner: &str,
-        (program, undefined): (&ExpressionProgram, &UndefinedPart),
+        program: &ExpressionProgram,
+        undefined: &UndefinedPart,
         names: &[&str],
-        (at, t): (&[f64], f64),
+        at: &[f64],
+        t: f64,
     ) -> f64 {
         let mut message = format!("{owner}: {undefined}");
         for (k, (name, value)) in names.iter().zip(at).enumerate() {

@@ -45,7 +45,7 @@ impl RatesLaw {
         y: &[f64],
     ) -> f64 {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        self.fault.note(&self.label(), (program, undefined), &names, (y, y[0]))
+        self.fault.note(&self.label(), program, undefined, &names, y, y[0])
     }
 }
 

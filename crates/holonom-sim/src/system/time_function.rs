@@ -22,7 +22,7 @@ pub(crate) struct OfTime {
 impl OfTime {
     #[cold]
     fn note(&self, t: f64, undefined: &UndefinedPart) -> f64 {
-        self.fault.note(&self.owner, (&self.program, undefined), &TIME, (&[t], t))
+        self.fault.note(&self.owner, &self.program, undefined, &TIME, &[t], t)
     }
 
     fn value(&self, t: f64) -> f64 {

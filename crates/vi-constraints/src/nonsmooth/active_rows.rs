@@ -455,7 +455,7 @@ impl ActiveRows {
             own.given.clear();
             own.given.extend(of.map(|row| *row.1));
             loop {
-                let solved = own.solver.step(cones, L, (w, own.rho), (&own.given, found));
+                let solved = own.solver.step(cones, L, w, own.rho, &own.given, found);
                 match solved {
                     Ok(report) if !report.follows && own.rho > FIRST => own.rho *= SOFTER,
                     _ => break solved,

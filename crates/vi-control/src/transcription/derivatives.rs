@@ -484,7 +484,7 @@ impl Transcription {
             }
         }
         for k in 0..self.problem.controls.len() {
-            self.emit_effect_hessian(point, p, k, (multipliers, bent), out);
+            self.emit_effect_hessian(point, p, k, multipliers, bent, out);
         }
         let PieceKind::SubStep(along) = &piece.kind else { return };
         let ends = [(first, Slot::First), (last, Slot::Second)];
@@ -528,7 +528,8 @@ impl Transcription {
         point: &EvaluatedPoint,
         p: usize,
         k: usize,
-        (multipliers, bent): (&[Vec<f64>], &[[DMatrix<f64>; 2]]),
+        multipliers: &[Vec<f64>],
+        bent: &[[DMatrix<f64>; 2]],
         out: &mut EntrySink<'_>,
     ) {
         let (piece, control) = (&point.pieces[p], self.acting(k, p));

@@ -150,10 +150,12 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, rho): (&[f64], f64),
-        (given, lambda): (&[f64], &mut [f64]),
+        w: &[f64],
+        rho: f64,
+        given: &[f64],
+        lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
-        self.load((cones, L), (w, rho), given, lambda)?;
+        self.load(cones, L, w, rho, given, lambda)?;
         let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0, follows: true };
         let residual = self.round(rho, &mut report);
         self.hand_over(residual, lambda, report)
@@ -175,7 +177,7 @@ impl ConvexSolver {
         Repeated { first, within, enough, afresh, central }: Repeated,
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
-        self.load((cones, L), (w, first + within), lambda, lambda)?;
+        self.load(cones, L, w, first + within, lambda, lambda)?;
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0, follows: true };
         let (mut rho, mut idle) = (first, 0);
         let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
@@ -245,8 +247,10 @@ impl ConvexSolver {
     /// Takes the problem over.
     fn load(
         &mut self,
-        (cones, L): (&[Cone], SparseRows<'_>),
-        (w, number): (&[f64], f64),
+        cones: &[Cone],
+        L: SparseRows<'_>,
+        w: &[f64],
+        number: f64,
         given: &[f64],
         lambda: &[f64],
     ) -> Result<(), ConeFault> {

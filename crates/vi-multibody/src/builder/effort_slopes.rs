@@ -37,7 +37,7 @@ impl NamedForce {
                 force.add_tension_slopes(at.t, at.q, at.v, scale, [q, of_v]);
             }
             ElementForce::Wrench(force) => {
-                force.add_effort_slopes((at.t, at.q, at.v), (k, scale), [q, of_v]);
+                force.add_effort_slopes(at.t, at.q, at.v, k, scale, [q, of_v]);
             }
             ElementForce::Law(force) => {
                 force.add_effort_slopes(at, k, scale, [q, of_v, of_z]);

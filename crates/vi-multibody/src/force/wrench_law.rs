@@ -118,8 +118,11 @@ impl WrenchForce {
     /// node, both of shape `n`.
     pub fn add_effort_slopes(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
-        (k, scale): (usize, f64),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        k: usize,
+        scale: f64,
         out: [&mut [f64]; 2],
     ) {
         let (own, rate) = (self.on.own(q), self.on.own(v));

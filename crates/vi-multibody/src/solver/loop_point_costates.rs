@@ -96,7 +96,8 @@ impl PointScratch {
     /// `x ← x − G_cᵀ λ` with `Jᵀ λ = along`; `along` is `Pᵀ x`. Writes `λ` to its places.
     fn close(
         &mut self,
-        (rows, places): (&[ScalarRow], &[usize]),
+        rows: &[ScalarRow],
+        places: &[usize],
         q: &[f64],
         along: &mut [f64],
         x: &mut [f64],
@@ -195,7 +196,7 @@ impl LoopPointCostates {
             let q = own.q(l);
             at.pull_back_of(q, w, &mut self.along);
             let impulse = &mut self.impulses[l];
-            stand.close((rows, places), q, &mut self.along, w, impulse)?;
+            stand.close(rows, places, q, &mut self.along, w, impulse)?;
             joints.balance(mechanism, l, q, w, impulse)?;
         }
         Ok(())
@@ -285,7 +286,7 @@ impl LoopPointCostates {
             }
             at.open_back([q, q]);
             at.pull_back_of(q, image, along);
-            stands[j].close((rows, places), q, along, image, sigma)?;
+            stands[j].close(rows, places, q, along, image, sigma)?;
             joints.press(mechanism, j, q, image, sigma)?;
         }
         let Costate { q: a, p: b, .. } = costate;

@@ -242,7 +242,7 @@ impl Network {
         t: f64,
     ) -> f64 {
         let names: Vec<&str> = term.from.iter().map(|(_, name)| name.as_str()).collect();
-        self.fault.note(&term.owner, (&term.program, undefined), &names, (arguments, t))
+        self.fault.note(&term.owner, &term.program, undefined, &names, arguments, t)
     }
 }
 

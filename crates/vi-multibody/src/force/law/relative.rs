@@ -89,7 +89,8 @@ impl RelativeWrench {
     pub(super) fn emit_turning(
         &self,
         at: EffortAxes<'_>,
-        (share, follows): (f64, bool),
+        share: f64,
+        follows: bool,
         scale: f64,
         wrench: [f64; 6],
         out: &mut dyn Entries,

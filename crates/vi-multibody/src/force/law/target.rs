@@ -132,7 +132,7 @@ impl Target {
             }
             Self::Relative(own) => {
                 let wrench = std::array::from_fn(|k| efforts[k]);
-                own.emit_turning(at, (share, follows), scale, wrench, out);
+                own.emit_turning(at, share, follows, scale, wrench, out);
             }
         }
     }

@@ -130,7 +130,7 @@ impl RowSweeps {
         at: Links<'_>,
         next: bool,
     ) {
-        in_registers!(lanes => self.carry_in(lanes, links, (path, apex), (at, next)))
+        in_registers!(lanes => self.carry_in(lanes, links, path, apex, at, next))
     }
 
     #[inline(always)]
@@ -138,8 +138,10 @@ impl RowSweeps {
         &mut self,
         lanes: T,
         links: &[ClusterLink],
-        (path, apex): (&[usize], Option<usize>),
-        (at, next): (Links<'_>, bool),
+        path: &[usize],
+        apex: Option<usize>,
+        at: Links<'_>,
+        next: bool,
     ) {
         for (place, &k) in path.iter().enumerate() {
             let link = &links[k];
