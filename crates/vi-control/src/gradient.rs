@@ -692,7 +692,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_
                 let node = (node, at, Which::OfForces);
                 forces.find(objective, node, beside, parameters, out);
             };
-            costates.pull_with(system, constraints, (points, p), costate, &mut cost)
+            costates.pull_with(system, constraints, points, p, costate, &mut cost)
         } else if self.settles && is_first {
             costates.pull_by_rows(system, constraints, points, p, costate).map_err(Into::into)
         } else {

@@ -310,7 +310,7 @@ impl Sensitivities {
         &mut self,
         (node, tangents): (&State, &[Tangent]),
         Beside { controls, objective, .. }: Beside<'_>,
-        place: (NodePlace, Which),
+        (at, which): (NodePlace, Which),
         (forces, a): (Option<&NodeForces>, Option<&Increment>),
     ) -> Vec<f64> {
         let mut by = Costate::zero(node.q.len(), node.internal.len());
@@ -320,7 +320,7 @@ impl Sensitivities {
             Known { lambda: forces.map(|own| &own.lambda[..]), a: a.map(|own| &own.dq[..]) };
         let by_known = ByKnown { lambda: &mut of_lambda, a: &mut by_a, force: &mut by_force };
         let (slopes, parameters) = ((&mut by, by_known), &mut self.of_parameters);
-        let [_, along] = objective.steps().add_of((node, known), place, slopes, parameters);
+        let [_, along] = objective.steps().add_of((node, known), (at, which), slopes, parameters);
         let by_controls = self.by_controls(node, controls, &by_force);
         for (k, (rate, own)) in self.rates.iter_mut().zip(tangents).enumerate() {
             *rate += by.along(own) + by_controls[k];

@@ -140,7 +140,7 @@ impl NodeReader {
             Some(AddedMasses { system, step }) => Mass::OfStep(system, step),
             None => Mass::Constant(run.system().mass().clone()),
         };
-        Self::with_mass((run.constraints(), mass), (run.rows(), run.state()), tangents, level)
+        Self::with_mass(run.constraints(), mass, run.rows(), run.state(), tangents, level)
     }
 
     /// Of numbers that read no velocities.
@@ -159,17 +159,20 @@ impl NodeReader {
     pub fn at(
         mechanism: &Mechanism,
         system: &SeparableSystem,
-        node: (&IndependentRows, &State),
+        rows: &IndependentRows,
+        state: &State,
     ) -> Result<Self, TerminalRateError> {
         if system.adds_mass() {
             return Err(TerminalRateError::AddedMass);
         }
-        Self::with_mass((mechanism, Mass::Constant(system.mass().clone())), node, &[], None)
+        Self::with_mass(mechanism, Mass::Constant(system.mass().clone()), rows, state, &[], None)
     }
 
     fn with_mass(
-        (mechanism, mass): (&Mechanism, Mass),
-        (rows, state): (&IndependentRows, &State),
+        mechanism: &Mechanism,
+        mass: Mass,
+        rows: &IndependentRows,
+        state: &State,
         tangents: &[MechanismTangent],
         level: Option<AccelerationLevel>,
     ) -> Result<Self, TerminalRateError> {
@@ -407,11 +410,12 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// # Errors
     /// [`TerminalRateError`].
     pub fn new(
-        number: (Q, NumberCost),
+        quantity: Q,
+        cost: NumberCost,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
     ) -> Result<Self, TerminalRateError> {
-        Self::with(number, run, tangents, NodeSources::default())
+        Self::with(quantity, cost, run, tangents, NodeSources::default())
     }
 
     /// The same of what follows from more than that.
@@ -419,7 +423,8 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// # Errors
     /// [`TerminalRateError`], also of a velocity where steps add to the masses and the system is not there.
     pub fn with(
-        (quantity, judged): (Q, NumberCost),
+        quantity: Q,
+        judged: NumberCost,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
@@ -469,13 +474,18 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
     }
     fn add_of_node(
         &self,
-        node: (&State, Known<'_>),
+        (state, known): (&State, Known<'_>),
         scale: f64,
-        slopes: (&mut Costate, ByKnown<'_>),
+        (of_state, of_known): (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> f64 {
         let weigh = |y: f64| scale * self.judged.slope(y);
-        let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
+        let y = self.reader.add_slopes(
+            (&self.quantity, &weigh),
+            (state, known),
+            (of_state, of_known),
+            parameters,
+        );
         self.judged.cost(y)
     }
     fn reads(&self) -> NodeReads {

@@ -233,11 +233,11 @@ pub(crate) fn add_rates(run: &MechanismIntegrator, objective: &mut Objective) {
     let rate = RateOf(PointComponent { point, axis: 0 });
     objective.add_along(
         4.0,
-        Box::new(TerminalRate::new((rate, NumberCost::Deviation(0.2)), run, &[]).unwrap()),
+        Box::new(TerminalRate::new(rate, NumberCost::Deviation(0.2), run, &[]).unwrap()),
     );
     let spin = Input::Spin(last, 1);
     objective.add_along(
         0.7,
-        Box::new(TerminalRate::new((spin, NumberCost::Deviation(-0.4)), run, &[]).unwrap()),
+        Box::new(TerminalRate::new(spin, NumberCost::Deviation(-0.4), run, &[]).unwrap()),
     );
 }

@@ -156,9 +156,9 @@ fn what_has_no_derivative_of_a_beam_is_named() {
 fn forward(text: &str) -> Vec<(String, f64)> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[]).unwrap();
-    let mut prepared = Prepared::new(&model, &[], (&[], &ExternalActions::default())).unwrap();
+    let mut prepared = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
     let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
-    prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+    prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
     let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);

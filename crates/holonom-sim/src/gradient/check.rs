@@ -168,15 +168,18 @@ impl Runs<'_> {
             changed.settings.start_tolerance = changed.settings.start_tolerance.max(CHANGE);
         }
         let outside = ExternalActions { start, ..ExternalActions::default() };
-        Prepared::new(&changed, &self.wanted.of, (&values, &outside))?.value()
+        Prepared::new(&changed, &self.wanted.of, &values, &outside)?.value()
     }
 
     /// Differences along a direction with the longer change `e`.
     fn along(
         &self,
-        (gradient, value): (&ModelGradient, f64),
-        (by, e): (ChangedBy, f64),
-        (exact, direction): (&[f64], &[f64]),
+        gradient: &ModelGradient,
+        value: f64,
+        by: ChangedBy,
+        e: f64,
+        exact: &[f64],
+        direction: &[f64],
     ) -> Result<DirectionalCheck, GradientFailure> {
         let parts = || exact.iter().zip(direction).map(|(a, b)| a * b);
         let both = |e: f64| -> Result<[f64; 2], GradientFailure> {
@@ -197,17 +200,18 @@ impl Runs<'_> {
     /// The differences that resolve most along each of some directions.
     fn resolving_most(
         &self,
-        of: (&ModelGradient, f64),
+        gradient: &ModelGradient,
+        value: f64,
         by: ChangedBy,
         exact: &[f64],
         directions: &[Vec<f64>],
     ) -> Result<Vec<DirectionalCheck>, GradientFailure> {
-        let levels = 4.0 + (of.0.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
+        let levels = 4.0 + (gradient.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
         let mut best: Vec<DirectionalCheck> = Vec::new();
         let mut before: Vec<f64> = Vec::new();
         let mut e = CHANGE;
         for level in 0..levels.min(LEVELS) as usize {
-            let one = |direction: &Vec<f64>| self.along(of, (by, e), (exact, direction));
+            let one = |direction: &Vec<f64>| self.along(gradient, value, by, e, exact, direction);
             let mut found = directions.iter().map(one).collect::<Result<Vec<_>, _>>()?;
             let rounding = found.iter().map(|own| own.rounding).fold(0.0, f64::max);
             for (k, own) in found.iter_mut().enumerate() {
@@ -219,7 +223,7 @@ impl Runs<'_> {
             // rounding alone is left, unless the changes are far beyond what is linear
             let pairs = found.iter().zip(&best);
             let is_worse = level > 0
-                && of.0.growth.is_none()
+                && gradient.growth.is_none()
                 && pairs.into_iter().all(|(own, best)| own.unresolved > best.unresolved);
             match level {
                 0 => best = found,
@@ -273,7 +277,7 @@ impl Runs<'_> {
             let mut one = |k| Self::part(gradient, by, &mut random, k);
             let direction = |_| (0..exact.len()).map(&mut one).collect();
             let directions: Vec<Vec<f64>> = (0..DIRECTIONS).map(direction).collect();
-            let found = self.resolving_most((gradient, value), by, &exact, &directions)?;
+            let found = self.resolving_most(gradient, value, by, &exact, &directions)?;
             for (k, own) in found.into_iter().enumerate() {
                 let DirectionalCheck { difference, derivative, size, unresolved, .. } = own;
                 let (apart, scale) = (own.apart() - unresolved, own.scale());
@@ -313,7 +317,7 @@ impl ModelGradient {
         wanted: &Wanted,
     ) -> Result<(), GradientFailure> {
         let model = &with_sensors(model, &wanted.of);
-        let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+        let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
         let begin = Begin::new(&mut prepared)?;
         let start = |own: &ByStart| {
             let joints = &prepared.system.mechanism.description().joints;

@@ -99,9 +99,9 @@ pub(super) struct Worst {
 pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let model = source.model(&[]).unwrap();
     let (all, outside) = (Wanted::everything(), ExternalActions::default());
-    let mut prepared = Prepared::new(&model, &[], (&[], &outside)).unwrap();
+    let mut prepared = Prepared::new(&model, &[], &[], &outside).unwrap();
     let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
-    prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+    prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
     let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let mechanism = &prepared.system.mechanism;

@@ -469,7 +469,7 @@ fn forces_by_the_time_step_agree_with_differences() {
             let source = ModelText::from_text(Path::new("model.toml"), text);
             let model = source.model(&[]).unwrap();
             let mut prepared =
-                Prepared::new(&model, &[], (&[], &ExternalActions::default())).unwrap();
+                Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
             let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
             let (steps, checkpoints) = (prepared.steps, Checkpoints::All);
             let task =
@@ -492,8 +492,7 @@ fn forces_by_the_time_step_agree_with_differences() {
             let value = |h: f64| {
                 let mut model = model.clone();
                 (model.settings.step, model.settings.end) = (h, h * steps as f64);
-                let mut own =
-                    Prepared::new(&model, &[], (&[], &ExternalActions::default())).unwrap();
+                let mut own = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
                 own.value().unwrap()
             };
             let central = |e: f64| (value(h + e * h) - value(h - e * h)) / (2.0 * e * h);
@@ -534,10 +533,10 @@ pub(super) fn same_bits_with_checkpoints(text: &str, by_step: bool) {
     for checkpoints in
         [Checkpoints::All, Checkpoints::Every(1), Checkpoints::Every(7), Checkpoints::Memory(9000)]
     {
-        let mut prepared = Prepared::new(&model, &[], (&[], &ExternalActions::default())).unwrap();
+        let mut prepared = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
         let tangents = Wanted::everything();
         let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
-        prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+        prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
         let begin = Begin::new(&mut prepared).unwrap();
         let design =
             crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
@@ -630,7 +629,7 @@ fn second_derivatives_of_numbers_agree_with_differences() {
                 ModelText::from_text(Path::new("model.toml"), sensing(text, &sensor, part, ""));
             let model = source.model(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
             let mut prepared =
-                Prepared::new(&model, &[], (&[], &ExternalActions::default())).unwrap();
+                Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
             let begin = Begin::new(&mut prepared).unwrap();
             let error = bend_error((&model, &mut prepared, &begin), part);
             println!("{part} of {}: {error:.1e}", sensor.replace('\n', " "));

@@ -27,7 +27,7 @@ pub(crate) fn growth(
 ) -> Result<DerivativeGrowth, ModelError> {
     let mut model = model.clone();
     model.settings.newton_tolerance = 0.0; // what is left of a step would count as a difference
-    let mut prepared = Prepared::new(&model, &[], (values, outside))?;
+    let mut prepared = Prepared::new(&model, &[], values, outside)?;
     let Family::Variational(kind) = model.settings.scheme.family() else {
         return Ok(DerivativeGrowth::NONE); // equilibria
     };

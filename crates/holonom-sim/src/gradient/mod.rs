@@ -364,7 +364,7 @@ fn sweep(
     wanted: &Wanted,
     (prices, is_shown): (&Prices, bool),
 ) -> Result<(ModelGradient, f64), GradientFailure> {
-    let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(from, &wanted.of, &wanted.values, &wanted.outside())?;
     let own = prepared.model.clone();
     let model = &*own;
     let wanted = wanted.of_run(&prepared)?;
@@ -372,7 +372,7 @@ fn sweep(
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    prepared.depend((&wanted.of, prices), &tangents)?;
+    prepared.depend(&wanted.of, prices, &tangents)?;
     let begin = Begin::new(&mut prepared)?;
     let mut terms = match is_shown {
         true => TermCosts::new(&mut prepared, &wanted)?,
@@ -537,7 +537,7 @@ fn coordinates_and_rates(
     model: &Model,
     outside: &ExternalActions,
 ) -> Result<(Vec<(String, usize)>, Vec<bool>), ModelError> {
-    let mut prepared = Prepared::new(model, &[], (&[], outside))?;
+    let mut prepared = Prepared::new(model, &[], &[], outside)?;
     let begin = Begin::new(&mut prepared)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
@@ -580,7 +580,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
     if !out.terms.is_empty() {
         return Ok(());
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
     let model = &*prepared.model;
     let costs: Result<Vec<Costs>, ModelError> = names
         .iter()
@@ -607,7 +607,7 @@ fn stay_redundant(
     if !model.has_velocity_constraints() {
         return Ok(()); // equilibria have none
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
     let mechanism = &prepared.system.mechanism;
     let left_out = |row: usize| begin.rows().redundant().any(|own| own == row);
     let scalars = 0..mechanism.description().scalars.len();

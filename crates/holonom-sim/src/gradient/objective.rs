@@ -118,11 +118,11 @@ impl Costs {
     /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
-        parts: (&mut System, &MechanismIntegrator),
+        (system, run): (&mut System, &MechanismIntegrator),
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        Self::priced(model, parts, (of, &Prices::default()), tangents)
+        Self::priced(model, (system, run), (of, &Prices::default()), tangents)
     }
 
     /// The same with the prices of conditions.
@@ -389,11 +389,11 @@ fn nodes_of(model: &Model, run: &MechanismIntegrator) -> (f64, f64, usize) {
 /// A number of a node that follows from configuration and velocity.
 fn rate_term<Q: NodeQuantity + 'static>(
     key: &str,
-    number: (Q, NumberCost),
-    from: (&Model, &System, &MechanismIntegrator),
+    (quantity, cost): (Q, NumberCost),
+    (model, system, run): (&Model, &System, &MechanismIntegrator),
     tangents: &[ModelTangent],
 ) -> Result<TerminalRate<Q>, ModelError> {
-    rate_term_by(key, number, from, (tangents, None))
+    rate_term_by(key, (quantity, cost), (model, system, run), (tangents, None))
 }
 
 /// The same of one that may follow from the acceleration level.
@@ -406,7 +406,7 @@ fn rate_term_by<Q: NodeQuantity + 'static>(
     let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
     let masses = forces::masses((model, system), run, quantity.reads_velocity());
     let sources = NodeSources { level, masses };
-    TerminalRate::with((quantity, judged), run, &numbers, sources).map_err(|error| {
+    TerminalRate::with(quantity, judged, run, &numbers, sources).map_err(|error| {
         let help = "take a position or a joint coordinate";
         refused(key, error.to_string(), help)
     })

@@ -64,9 +64,10 @@ impl Prepared {
     pub(crate) fn new(
         model: &Model,
         of: &[String],
-        with: (&[Vec<f64>], &ExternalActions),
+        values: &[Vec<f64>],
+        outside: &ExternalActions,
     ) -> Result<Self, ModelError> {
-        Self::beginning_at(model, of, with, 0.0)
+        Self::beginning_at(model, of, (values, outside), 0.0)
     }
 
     /// The same from another time than 0, s.
@@ -114,12 +115,13 @@ impl Prepared {
     /// The costs with their derivatives by parameters, conditions at their prices.
     pub(crate) fn depend(
         &mut self,
-        of: (&[String], &Prices),
+        names: &[String],
+        prices: &Prices,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let (model, system) = (&*self.model, &mut self.system);
         let parts = (system, &*self.simulation.integrator());
-        self.costs = Costs::priced(model, parts, of, tangents)?;
+        self.costs = Costs::priced(model, parts, (names, prices), tangents)?;
         self.sample(tangents)
     }
 

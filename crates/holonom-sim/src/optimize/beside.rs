@@ -130,7 +130,7 @@ impl<'a> LeastCost<'a> {
             (None, Some(held)) => (control::From::Point(held), self.settings),
             (None, None) => (control::From::Guess, self.settings),
         };
-        let searched = search(&model, settings, (&mut *self.method, self.progress), from)?;
+        let searched = search(&model, settings, &mut *self.method, self.progress, from)?;
         Ok((model, searched))
     }
 

@@ -63,7 +63,7 @@ struct ModelSetting<'a> {
 impl<'a> ModelSetting<'a> {
     fn new(model: &'a Model, settings: &Optimize) -> Result<Self, ModelError> {
         supported(model)?;
-        let mut prepared = Prepared::new(model, &[], (&[], &ExternalActions::default()))?;
+        let mut prepared = Prepared::new(model, &[], &[], &ExternalActions::default())?;
         let begin = Begin::new(&mut prepared)?;
         let mut system = system::build(model)?;
         let d = system.mechanism.tree().dof();
@@ -269,11 +269,11 @@ fn nodes_of(model: &Model) -> Result<Vec<Vec<f64>>, ModelError> {
 pub(super) fn control(
     model: &Model,
     settings: &Optimize,
-    method: (&mut dyn NlpSolver, &SearchWatch),
+    (method, progress): (&mut dyn NlpSolver, &SearchWatch),
     from: Option<&HeldPoint>,
 ) -> Result<FoundOptimum, OptimizeFailure> {
     let from = from.map_or(From::Guess, From::Point);
-    Ok(report(model, search(model, settings, method, from)?))
+    Ok(report(model, search(model, settings, method, progress, from)?))
 }
 
 /// What a search begins with.
@@ -291,7 +291,8 @@ pub(super) enum From<'a> {
 pub(super) fn search(
     model: &Model,
     settings: &Optimize,
-    (method, progress): (&mut dyn NlpSolver, &SearchWatch),
+    method: &mut dyn NlpSolver,
+    progress: &SearchWatch,
     from: From<'_>,
 ) -> Result<Searched, OptimizeFailure> {
     let alone = Optimize { guess: "line".to_owned(), starts: 1, ..settings.clone() };

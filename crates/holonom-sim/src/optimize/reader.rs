@@ -102,13 +102,13 @@ impl ProblemReader<'_> {
     fn quantity(
         &mut self,
         key: &str,
-        of: (&Sensor, Option<&str>),
+        (sensor, part): (&Sensor, Option<&str>),
         squared: bool,
     ) -> Result<NodeNumber, ModelError> {
-        let own = match Shown::of((self.model, self.rows), self.system, key, of, &[])? {
+        let own = match Shown::of((self.model, self.rows), self.system, key, (sensor, part), &[])? {
             Shown::Configuration(own, MeasuredReading::Rate) => NodeNumber::of_node(RateOf(own)),
             Shown::Node(own) => {
-                self.known(key, of.0, &*own)?;
+                self.known(key, sensor, &*own)?;
                 NodeNumber::of_node(own)
             }
             Shown::Configuration(own, MeasuredReading::Value) => {

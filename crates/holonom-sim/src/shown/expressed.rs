@@ -177,7 +177,7 @@ impl Expressed {
 }
 
 fn evaluated(
-    of_run: (&Model, &IndependentRows),
+    (model, rows): (&Model, &IndependentRows),
     system: &mut System,
     key: &str,
     observed: Observed,
@@ -198,7 +198,7 @@ fn evaluated(
             SensorPart::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        inputs.push(match Shown::of(of_run, system, key, of, tangents)? {
+        inputs.push(match Shown::of((model, rows), system, key, of, tangents)? {
             Shown::Configuration(own, Rate::Value) => Box::new(ValueOf(own)),
             Shown::Configuration(own, Rate::Rate) => Box::new(RateOf(own)),
             Shown::Node(own) => own,

@@ -199,7 +199,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
         let impulse = nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.trial_arrival());
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, constraints, (state, impulse), h)
+        observer.observe_state(system, constraints, state, impulse, h)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -219,7 +219,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, before, state, .. } = self;
         let at = when.of(before, state);
         let observer = observer_at(at, observer, start_observer);
-        observer.observe_state(system, constraints, (at, &[]), h)
+        observer.observe_state(system, constraints, at, &[], h)
     }
 
     /// `v̂` of the present node alone, shape `n`, as the last step arrives there: what was observed
@@ -233,12 +233,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
         let observer = observer_at(state, observer, start_observer);
         let Some(contacts) = nonsmooth else {
-            return observer.velocity(system, constraints, (state, h), &state.p, v);
+            return observer.velocity(system, constraints, state, h, &state.p, v);
         };
         let p = &mut self.trial.end.p; // which nobody reads any more
         p.copy_from_slice(&state.p);
         p.iter_mut().zip(contacts.trial_arrival()).for_each(|(p, impulse)| *p += impulse);
-        observer.velocity(system, constraints, (state, h), p, v)
+        observer.velocity(system, constraints, state, h, p, v)
     }
 
     /// What was last observed at the node of a state: [`Integrator::state`], or

@@ -162,7 +162,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<&Node, Singular> {
         self.project(system, constraints, state, impulse, h)?;
@@ -207,7 +208,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
@@ -237,7 +239,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (s, p): (&Interval, &[f64]),
+        s: &Interval,
+        p: &[f64],
         changes: &mut [f64],
     ) -> Result<(), Singular> {
         if constraints.constrains_velocities() {
@@ -299,7 +302,7 @@ impl NodeObserver {
             let mut force = vec![0.0; n];
             self.acceleration_force(system, constraints, state, &mut force, Some(&mut lambda))?;
         } else {
-            self.observe_state(system, constraints, (state, &[]), 0.0)?;
+            self.observe_state(system, constraints, state, &[], 0.0)?;
             let Self { projections, node, .. } = self;
             let at = state.configuration();
             projections.independent_multiplier(
@@ -389,7 +392,7 @@ impl NodeObserver {
         force: &mut [f64],
         mut lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
-        self.observe_state(system, constraints, (state, &[]), 0.0)?;
+        self.observe_state(system, constraints, state, &[], 0.0)?;
         let Self { projections, solvers, node, m_work, .. } = self;
         let (at, v) = (state.configuration(), &node.v[..]);
         let here = NodeMotion { at, v, memory: &state.memory };

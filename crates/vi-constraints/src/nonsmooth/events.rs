@@ -339,7 +339,7 @@ impl Nonsmooth {
             || step.h <= REST * whole;
         self.close(state, fixed);
         self.node.begin_node(whole);
-        self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+        self.node.open(&self.elements, run, state, step.h, &self.set)?;
         let mut sub_step = step;
         let mut counts = state.contacts.counts;
         let mut divides = !fixed;
@@ -353,7 +353,7 @@ impl Nonsmooth {
             counts.exhausted += u64::from(is_exhausted);
             if divides {
                 self.close(state, false);
-                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+                self.node.open(&self.elements, run, state, step.h, &self.set)?;
             }
         }
         let mut touch = None;
@@ -363,7 +363,7 @@ impl Nonsmooth {
             if self.is_undivided {
                 touch = None;
                 self.close(state, true);
-                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+                self.node.open(&self.elements, run, state, step.h, &self.set)?;
                 self.solve_fixed(run, step, state)?;
             }
         }
@@ -496,9 +496,9 @@ impl Nonsmooth {
         set.sort_unstable();
         set.dedup();
         if self.set.len() > MANY {
-            return self.node.open_again(&self.elements, run, (state, h), &self.set);
+            return self.node.open_again(&self.elements, run, state, h, &self.set);
         }
-        self.node.open(&self.elements, run, (state, h), &self.set)
+        self.node.open(&self.elements, run, state, h, &self.set)
     }
 
     /// Solves the node for a step, or where it passes a contact, for the step to its first touch:

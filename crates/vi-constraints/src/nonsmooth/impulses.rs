@@ -74,7 +74,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         set: &[ContactId],
     ) -> Result<(), StepError> {
         let at = state.configuration();
@@ -130,7 +131,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (&State, f64),
+        state: &State,
+        h: f64,
         set: &[ContactId],
     ) -> Result<(), StepError> {
         let Self { contacts, lambda, found, .. } = self;
@@ -141,7 +143,7 @@ impl NodeImpulses {
             own.iter_mut().zip(&lambda[rows]).for_each(|(to, from)| *to = *from);
             (contact.id, own)
         }));
-        self.open(elements, run, at, set)?;
+        self.open(elements, run, state, h, set)?;
         let Self { contacts, lambda, found, .. } = self;
         for contact in contacts {
             if let Ok(place) = found.binary_search_by(|own| own.0.cmp(&contact.id)) {
@@ -179,7 +181,7 @@ impl NodeImpulses {
         self.begin_laws(true);
         self.next_impulses(elements, run, step, state, 0)?;
         std::mem::swap(&mut self.lambda, &mut self.next);
-        self.try_step_near(run, (step, state))
+        self.try_step_near(run, step, state)
     }
 
     /// Nothing is decided about the contacts.
@@ -203,16 +205,16 @@ impl NodeImpulses {
     ) -> Result<(), StepError> {
         self.begin();
         if self.impact_law != ImpactLaw::Newton {
-            return self.solve_after_impacts(elements, run, (step, state));
+            return self.solve_after_impacts(elements, run, step, state);
         }
         if self.may_be_hit() {
-            self.find_hits(elements, run, (step, state))?;
-            self.settle_impacts(elements, run, (step, state))?;
+            self.find_hits(elements, run, step, state)?;
+            self.settle_impacts(elements, run, step, state)?;
         } else {
-            self.settle(elements, run, (step, state))?;
+            self.settle(elements, run, step, state)?;
         }
-        self.settle_departures(elements, run, (step, state))?;
-        self.guard(elements, run, (step, state))
+        self.settle_departures(elements, run, step, state)?;
+        self.guard(elements, run, step, state)
     }
 
     /// Whether a contact approaches and may bounce.
@@ -225,7 +227,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { contacts, minus, .. } = self;
         let mut any = false;

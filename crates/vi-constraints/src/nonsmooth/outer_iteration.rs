@@ -39,16 +39,17 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begun.clone_from(&self.lambda);
-        let outcome = self.iterate_laws(elements, run, at);
+        let outcome = self.iterate_laws(elements, run, step, state);
         let turns = self.contacts.iter().any(|contact| contact.turns);
         match &outcome {
             Err(error) if self.may_relax && !turns && error.may_end() => {
                 self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = true);
                 self.lambda.clone_from(&self.begun);
-                self.iterate_laws(elements, run, at)
+                self.iterate_laws(elements, run, step, state)
             }
             _ => outcome,
         }
@@ -59,7 +60,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin_laws(false);
         let (mut last, mut was_exact, mut responds) = (f64::INFINITY, false, false);
@@ -133,7 +135,7 @@ impl NodeImpulses {
         state: &State,
         pass: usize,
     ) -> Result<bool, StepError> {
-        self.try_step_near(run, (step, state))?;
+        self.try_step_near(run, step, state)?;
         if self.contacts.is_empty() {
             return Ok(true);
         }
@@ -172,10 +174,11 @@ impl NodeImpulses {
     pub(super) fn try_step_near<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let mut halvings = 0;
-        while let Err(error) = self.try_step(run, at) {
+        while let Err(error) = self.try_step(run, (step, state)) {
             if halvings == HALVINGS || self.lambda == self.solved_with {
                 return Err(error);
             }

@@ -48,7 +48,7 @@ impl NodeImpulses {
             rows.add_to(i, 1.0, response);
         }
         let s = run.scheme.interval();
-        if run.observer.step_response(run.system, run.constraints, (s, p), responses).is_err() {
+        if run.observer.step_response(run.system, run.constraints, s, p, responses).is_err() {
             return Ok(());
         }
         for response in responses.chunks_exact_mut(n) {

@@ -72,7 +72,8 @@ pub trait CostateSweep<S, C> {
         &mut self,
         _system: &S,
         _constraints: &C,
-        _step: (&[Interval], &[f64]),
+        _points: &[Interval],
+        _p: &[f64],
         _costate: &mut Costate,
         _cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {
@@ -280,7 +281,8 @@ impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization
         &mut self,
         system: &S,
         constraints: &C,
-        (points, p): (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         costate: &mut Costate,
         cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {

@@ -336,7 +336,7 @@ impl Transcription {
             lower(time, time, second / (self.problem.steps * self.problem.steps) as f64);
         }
         self.emit_cost_hessian(point, factor, &mut lower);
-        self.emit_curvature(point, (factor, lambda), &mut lower);
+        self.emit_curvature(point, factor, lambda, &mut lower);
     }
 
     fn emit_node_hessian(

@@ -154,12 +154,13 @@ fn coordinates(chart: &Chart, from: &ReferenceConfiguration, to: &[f64]) -> Vec<
 pub(super) fn references(
     chart: &Chart,
     mechanism: &Mechanism,
-    start: (&[f64], &[TreeClosure]),
+    q: &[f64],
+    closures: &[TreeClosure],
     division: &Division,
     guess: &Guess,
 ) -> Result<(Vec<ReferenceConfiguration>, Vec<Vec<f64>>), ProblemError> {
     let steps = division.step(division.last());
-    let (ends, travel) = of_steps(chart, mechanism, start, steps, guess)?;
+    let (ends, travel) = of_steps(chart, mechanism, q, closures, steps, guess)?;
     if division.each() == 1 {
         return Ok((ends, travel));
     }
@@ -180,7 +181,8 @@ pub(super) fn references(
 fn of_steps(
     chart: &Chart,
     mechanism: &Mechanism,
-    (q, closures): (&[f64], &[TreeClosure]),
+    q: &[f64],
+    closures: &[TreeClosure],
     steps: usize,
     guess: &Guess,
 ) -> Result<(Vec<ReferenceConfiguration>, Vec<Vec<f64>>), ProblemError> {

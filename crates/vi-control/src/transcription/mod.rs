@@ -162,7 +162,7 @@ impl Transcription {
         }
         let division = Division::new(problem.method, problem.steps);
         let (references, travel) =
-            references(&chart, mechanism, (at.q, &closures), &division, guess)?;
+            references(&chart, mechanism, at.q, &closures, &division, guess)?;
         if !closures.is_empty() && matches!(problem.rest, RestAtEnd::Unknowns(_)) {
             return Err(ProblemError::NotCovered(Uncovered::RestInLoop));
         }

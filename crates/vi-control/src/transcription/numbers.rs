@@ -93,7 +93,7 @@ impl NumberVelocities {
         let rows = rows.map_err(|_| ProblemError::NotCovered(Uncovered::SingularStart))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
-        let reader = NodeReader::at(mechanism, system, (&rows, &state))?;
+        let reader = NodeReader::at(mechanism, system, &rows, &state)?;
         Ok(Some(Self { reader }))
     }
 }
@@ -391,7 +391,8 @@ impl Transcription {
     fn factors<'a>(
         &'a self,
         point: &EvaluatedPoint,
-        (factor, lambda): (f64, &[f64]),
+        factor: f64,
+        lambda: &[f64],
     ) -> Vec<(usize, &'a NodeNumber, f64)> {
         let mut all = Vec::new();
         for placed in &self.layout.conditions {
@@ -413,10 +414,11 @@ impl Transcription {
     pub(super) fn emit_curvature(
         &self,
         point: &EvaluatedPoint,
-        factors: (f64, &[f64]),
+        t: f64,
+        q: &[f64],
         out: &mut EntrySink<'_>,
     ) {
-        for (n, own, factor) in self.factors(point, factors) {
+        for (n, own, factor) in self.factors(point, t, q) {
             let NodeNumber::Node(own) = own else { continue };
             let Some(number) = self.before(n) else { continue };
             let (variables, second) = self.node_second(point, &**own, number, n);

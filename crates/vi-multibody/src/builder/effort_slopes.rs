@@ -64,7 +64,7 @@ impl NamedForce {
             ElementForce::Wrench(force) => {
                 force.add_effort_bends(node, (k, scale), changes, out);
             }
-            ElementForce::Law(force) => force.add_effort_bends(at, (k, scale), changes, out),
+            ElementForce::Law(force) => force.add_effort_bends(at, k, scale, changes, out),
             _ => {}
         }
     }
@@ -77,16 +77,16 @@ impl ForceElements {
         &self,
         name: &str,
         at: Motion<'_>,
-        effort: (usize, f64),
+        (effort, scale): (usize, f64),
         changes: [&[f64]; 2],
         [q, of_v]: [&mut [f64]; 2],
     ) {
         for own in self.bushings.iter().filter(|own| own.name == name) {
-            own.spring.add_effort_bends(at.q, effort, changes[0], q);
+            own.spring.add_effort_bends(at.q, effort, scale, changes[0], q);
         }
         for own in self.forces.iter().filter(|own| own.name == name) {
             if let ElementForce::Six(force) = &own.force {
-                force.add_effort_bends(at, effort, changes, [&mut *q, &mut *of_v]);
+                force.add_effort_bends(at, effort, scale, changes, [&mut *q, &mut *of_v]);
             }
         }
     }

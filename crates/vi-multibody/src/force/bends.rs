@@ -155,7 +155,8 @@ impl LawEvaluation<'_> {
         &self,
         reads: &(impl Reads + ?Sized),
         [q, v]: [&[f64]; 2],
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         mut out: [&mut [f64]; 2],
     ) {

@@ -309,13 +309,15 @@ impl SixForce {
     pub fn add_effort_bends(
         &self,
         at: Motion<'_>,
-        effort: (usize, f64),
+        effort: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         self.reading.with_slopes_at_node(at, |work| {
             let (place, reads) = ([at.q, at.v], self.reads());
-            self.reading.with_bends(work, |law| law.add(&reads, place, effort, changes, out));
+            self.reading
+                .with_bends(work, |law| law.add(&reads, place, effort, scale, changes, out));
         });
     }
 }
@@ -515,13 +517,7 @@ impl SixSpring {
     }
 
     /// `q ← q + scale ∂²τ_k/∂q²` times a change of `q`, at a node.
-    pub fn add_effort_bends(
-        &self,
-        q: &[f64],
-        (k, scale): (usize, f64),
-        dq: &[f64],
-        out: &mut [f64],
-    ) {
+    pub fn add_effort_bends(&self, q: &[f64], k: usize, scale: f64, dq: &[f64], out: &mut [f64]) {
         let w = -scale * self.stiffness.row(k).transpose();
         self.coordinates.emit_second(q, &w, &mut Product { v: dq, out });
     }

@@ -368,7 +368,7 @@ impl<L: JointLaw> JointForce<L> {
             [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
         let (values, efforts) = (&[coordinate, rate], &[effort]);
         let law = LawEvaluation { values, efforts, slopes: &slopes, bend: &bend };
-        law.add(&reads[..], [at.q, at.v], (0, scale), changes, out);
+        law.add(&reads[..], [at.q, at.v], 0, scale, changes, out);
     }
 
     /// Emits `scale ∂f/∂q`, with that of the rate or without.

@@ -89,7 +89,7 @@ impl Tension {
         out: [&mut [f64]; 2],
     ) {
         self.with_bends(t, q, v, |(reads, _), law| {
-            law.add(reads, [q, v], (0, scale), changes, out);
+            law.add(reads, [q, v], 0, scale, changes, out);
         });
     }
 

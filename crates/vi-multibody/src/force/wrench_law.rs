@@ -224,12 +224,12 @@ impl WrenchForce {
     pub fn add_effort_bends(
         &self,
         (t, q, v): (f64, &[f64], &[f64]),
-        effort: (usize, f64),
+        (effort, scale): (usize, f64),
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         let y = self.at_node(t, &self.on.own(q), &self.on.own(v));
-        self.with_bends(&y, |(reads, _), law| law.add(reads, [q, v], effort, changes, out));
+        self.with_bends(&y, |(reads, _), law| law.add(reads, [q, v], effort, scale, changes, out));
     }
 
     /// Half the impulse of a step with the directors of the end `q`.

@@ -316,7 +316,8 @@ impl TreeCostates {
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
-        (points, p): (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         Costate { q: a, p: b, .. }: &mut Costate,
         cost: Option<&mut ImpulseCost<'_>>,
     ) -> Result<(), LinearizationError> {
@@ -417,7 +418,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(false);
-        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        let pulled = self.pull_costing(system, mechanism, points, p, costate, None);
         pulled.map_err(|_| Singular) // no multipliers are asked for
     }
 
@@ -430,7 +431,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(true);
-        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        let pulled = self.pull_costing(system, mechanism, points, p, costate, None);
         pulled.map_err(|_| Singular)
     }
 
@@ -442,12 +443,13 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
-        step: (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         costate: &mut Costate,
         cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {
         self.choose(true);
-        self.pull_costing(system, mechanism, step, costate, Some(cost))
+        self.pull_costing(system, mechanism, points, p, costate, Some(cost))
     }
 
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {

@@ -117,15 +117,15 @@ pub(crate) fn eliminate<S: Space>(
 #[inline(always)]
 fn eliminate_along<S: Space>(
     s: S,
-    of: (&Link<S::Store>, Act),
+    (link, act): (&Link<S::Store>, Act),
     (work, u): (&mut ColumnWork<S::Store>, &mut Number<S>),
     LinkRemainder { A, B, C, E, p, e }: &mut LinkRemainder<S::Vector>,
 ) -> Screw<Held<S>> {
     let axes = [s.take(&work.axis), s.take(&work.axis_next)];
     let ((AS, SA), (_, SB), (CS, _)) =
-        (both(s, of, A, axes), both(s, of, B, axes), both(s, of, C, axes));
-    let inverse = s.number(1.0).over(component(s, of, work, AS) + work.slope);
-    *u = *u - component(s, of, work, *p);
+        (both(s, link, act, A, axes), both(s, link, act, B, axes), both(s, link, act, C, axes));
+    let inverse = s.number(1.0).over(component(s, link, act, work, AS) + work.slope);
+    *u = *u - component(s, link, act, work, *p);
     (work.SA, work.inverse) = (SA.held(), inverse);
     (*p, *e) = (p.plus(AS.times(inverse * *u)), e.plus(CS.times(inverse * *u)));
     *E = E.minus_outer(CS, inverse, SB);

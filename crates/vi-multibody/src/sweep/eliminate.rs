@@ -186,10 +186,10 @@ fn eliminate_along<S: Space>(
     (work, u): (&mut ColumnWork<S::Store>, &mut Number<S>),
     (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
 ) -> Screw<S::Vector> {
-    let (AS, SA) = both(s, (link, act), A, [s.take(&work.axis), s.take(&work.axis_next)]);
-    let D = component(s, (link, act), work, AS) + work.slope; // D = Sᵀ Ã S' + …
+    let (AS, SA) = both(s, link, act, A, [s.take(&work.axis), s.take(&work.axis_next)]);
+    let D = component(s, link, act, work, AS) + work.slope; // D = Sᵀ Ã S' + …
     let inverse = s.number(1.0).over(D);
-    *u = *u - component(s, (link, act), work, *p);
+    *u = *u - component(s, link, act, work, *p);
     (work.SA, work.inverse) = (SA.held(), inverse);
     *p = p.plus(AS.times(inverse * *u));
     *A = A.minus_outer(AS, inverse, SA);
@@ -200,7 +200,8 @@ fn eliminate_along<S: Space>(
 #[inline(always)]
 pub(super) fn both<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     A: &Spatial<S::Vector>,
     [n, next]: [S::Vector; 2],
 ) -> (Screw<S::Vector>, Screw<S::Vector>) {

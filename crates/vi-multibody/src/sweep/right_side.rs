@@ -72,7 +72,7 @@ fn pass<S: Space>(
     u: &mut Number<S>,
     p: &mut Screw<S::Vector>,
 ) {
-    *u = *u - component(s, (link, act), work, *p);
+    *u = *u - component(s, link, act, work, *p);
     *p = p.plus(work.SA.take(s).times(work.inverse * *u));
 }
 

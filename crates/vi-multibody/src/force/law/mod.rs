@@ -82,13 +82,15 @@ impl LawForce {
     pub fn add_effort_bends(
         &self,
         at: Motion<'_>,
-        effort: (usize, f64),
+        effort: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         self.reading.with_slopes_at_node(at, |work| {
             let (place, inputs) = ([at.q, at.v], &self.reading.inputs[..]);
-            self.reading.with_bends(work, |law| law.add(inputs, place, effort, changes, out));
+            self.reading
+                .with_bends(work, |law| law.add(inputs, place, effort, scale, changes, out));
         });
     }
 

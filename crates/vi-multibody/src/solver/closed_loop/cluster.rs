@@ -451,8 +451,8 @@ impl Cluster {
     }
 
     /// Prepares for the sweeps of the tree: rows that are products refer to their links.
-    pub(super) fn carry(&mut self, tree: (&TreeMaps, &[(usize, usize)]), links: Links<'_>) {
-        self.paths.compact_rows(tree, links);
+    pub(super) fn carry(&mut self, tree: &TreeMaps, home: &[(usize, usize)], links: Links<'_>) {
+        self.paths.compact_rows(tree, home, links);
         self.complement = Some(Box::new(Complement::new(&self.paths, self.rank)));
     }
 
@@ -460,7 +460,8 @@ impl Cluster {
     /// to there.
     pub(super) fn eliminate(
         &mut self,
-        at: (RowPlace<'_>, Links<'_>),
+        place: RowPlace<'_>,
+        links: Links<'_>,
         x: &[f64],
     ) -> Result<(), Fault> {
         let Self { paths, basis, chosen, order, g, complement, .. } = self;
@@ -471,7 +472,7 @@ impl Cluster {
             order.sort_unstable_by_key(|&k| basis.pivots()[k]);
         }
         let Some(complement) = complement else { return Err(Fault::SingularTangent) };
-        complement.eliminate(EnforcedRows { paths, basis, order, chosen, g }, at, x)
+        complement.eliminate(EnforcedRows { paths, basis, order, chosen, g }, place, links, x)
     }
 
     /// Relieves the apex, by the sums over what hangs on it.

@@ -104,7 +104,8 @@ impl Complement {
     pub(super) fn eliminate(
         &mut self,
         EnforcedRows { paths, basis, order, chosen, g }: EnforcedRows<'_>,
-        (at, links): (RowPlace<'_>, Links<'_>),
+        at: RowPlace<'_>,
+        links: Links<'_>,
         x: &[f64],
     ) -> Result<(), Fault> {
         self.left.clear();

@@ -133,7 +133,7 @@ impl<T: Register> LoopSweeps<T> {
             for &k in &cluster.paths.columns {
                 x[k] = tree.side(j, k);
             }
-            cluster.eliminate((placed, links), x)?;
+            cluster.eliminate(placed, links, x)?;
             if let Some(apex) = cluster.apex() {
                 tree.change_sums(apex, j, |sums| cluster.relieve(sums));
             }

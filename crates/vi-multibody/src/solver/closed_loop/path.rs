@@ -131,7 +131,8 @@ impl Paths {
     /// Refers rows that are products on two links to the links of sweeps.
     pub(super) fn compact_rows(
         &mut self,
-        (tree, home): (&TreeMaps, &[(usize, usize)]),
+        tree: &TreeMaps,
+        home: &[(usize, usize)],
         links: Links<'_>,
     ) {
         for row in &self.rows {

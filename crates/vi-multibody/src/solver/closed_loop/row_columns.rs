@@ -23,7 +23,8 @@ use vi_core::lanes::{Lanes, Register};
 /// `S·w` of a column along `axis`.
 #[inline(always)]
 fn along<T: Register>(
-    (link, act): (&Link<One>, Act),
+    link: &Link<One>,
+    act: Act,
     lanes: T,
     axis: &[f64; 3],
     w: LanesScrew<T::Lanes>,
@@ -39,24 +40,24 @@ fn along<T: Register>(
 /// `c ← c + S·W` of a column, `S'·W` where the `next` node is meant.
 #[inline(always)]
 pub(super) fn enter<T: Register>(
-    of: (&Link<One>, Act),
+    (link, act): (&Link<One>, Act),
     (lanes, column, next): (T, &ColumnWork<One>, bool),
     value: &mut FourRows,
     wrench: LanesScrew<T::Lanes>,
 ) {
     let axis = if next { &column.axis_next } else { &column.axis };
-    *value = held(load(lanes, value) + along(of, lanes, &axis.xyz(), wrench));
+    *value = held(load(lanes, value) + along(link, act, lanes, &axis.xyz(), wrench));
 }
 
 /// Of a column: `û = u − S·p`, `p ← p + Ã S' D⁻¹ û`.
 #[inline(always)]
 pub(super) fn pass<T: Register>(
-    of: (&Link<One>, Act),
+    (link, act): (&Link<One>, Act),
     (lanes, column, AS): (T, &ColumnWork<One>, &matrix::Screw<HeldVector>),
     value: &mut FourRows,
     p: &mut LanesScrew<T::Lanes>,
 ) {
-    let u = load(lanes, value) - along(of, lanes, &column.axis.xyz(), *p);
+    let u = load(lanes, value) - along(link, act, lanes, &column.axis.xyz(), *p);
     *value = held(u);
     let AS = screw(lanes, [AS.linear.xyz(), AS.angular.xyz()]);
     *p = p.plus(AS.times(u * column.inverse));
@@ -65,12 +66,13 @@ pub(super) fn pass<T: Register>(
 /// The same transposed: `v̂ = D⁻¹ (c + S'·p)`, `p ← p − Sᵀ Ã v̂`.
 #[inline(always)]
 pub(super) fn pass_transposed<T: Register>(
-    of: (&Link<One>, Act),
+    (link, act): (&Link<One>, Act),
     (lanes, column): (T, &ColumnWork<One>),
     value: &mut FourRows,
     p: &mut LanesScrew<T::Lanes>,
 ) {
-    let v = (load(lanes, value) + along(of, lanes, &column.axis_next.xyz(), *p)) * column.inverse;
+    let v = (load(lanes, value) + along(link, act, lanes, &column.axis_next.xyz(), *p))
+        * column.inverse;
     *value = held(v);
     let SA = screw(lanes, [column.SA.linear.xyz(), column.SA.angular.xyz()]);
     *p = p.plus(SA.times(v * -1.0));

@@ -75,7 +75,7 @@ impl Loops {
     /// Prepares for the sweeps `at` of the tree.
     pub(super) fn carry(&mut self, at: &mut Workspace) {
         let Self { tree, clusters, home, .. } = self;
-        clusters.iter_mut().for_each(|own| own.carry((tree, home), at.at_links()));
+        clusters.iter_mut().for_each(|own| own.carry(tree, home, at.at_links()));
         let mut links = clusters.iter().flat_map(|cluster| &cluster.paths.links);
         let turns = |own: &ClusterLink| {
             tree.tree().links()[own.link].joint.kind.rotation_vector().is_some()
@@ -130,7 +130,7 @@ impl Loops {
             let links = at.at_links();
             let maps = Maps::Sweeps(links);
             let placed = RowPlace { tree, maps, home, column_of, q, next: true, step };
-            cluster.eliminate((placed, links), x)?;
+            cluster.eliminate(placed, links, x)?;
             if let Some(sums) = cluster.apex().and_then(|apex| at.sums_mut(apex)) {
                 cluster.relieve(sums);
             }
