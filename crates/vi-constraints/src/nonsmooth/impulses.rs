@@ -240,7 +240,7 @@ impl NodeImpulses {
         if any {
             self.next.copy_from_slice(&self.lambda);
             self.lambda.fill(0.0);
-            let taken = self.try_step(run, (step, state));
+            let taken = self.try_step(run, step, state);
             self.lambda.copy_from_slice(&self.next);
             taken?;
             let end = run.end.configuration();

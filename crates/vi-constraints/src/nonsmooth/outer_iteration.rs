@@ -178,7 +178,7 @@ impl NodeImpulses {
         state: &State,
     ) -> Result<(), StepError> {
         let mut halvings = 0;
-        while let Err(error) = self.try_step(run, (step, state)) {
+        while let Err(error) = self.try_step(run, step, state) {
             if halvings == HALVINGS || self.lambda == self.solved_with {
                 return Err(error);
             }
@@ -195,7 +195,8 @@ impl NodeImpulses {
     pub(super) fn try_step<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { rows, lambda, impacts, contacts, .. } = self;
         if !run.is_at_start {
