@@ -7,7 +7,7 @@
 //! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`CONTACTS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
 //! | `contacts.csv` | [`CONTACT_COLUMNS`] |
-//! | `sensors.csv` | those of [`crate::sensor::OutputColumn`] |
+//! | `sensors.csv` | those of [`crate::sensor::SensorColumn`] |
 //! | `beams.csv` | [`PLACE`], [`SECTION`] |
 //! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTUM`], [`PROJECTED`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
 //!

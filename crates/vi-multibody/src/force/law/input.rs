@@ -54,7 +54,7 @@ pub enum Input {
     /// A value of the past.
     Past(Past),
     /// One of the coordinates of the bushing that reads it (0 to 5), or of their rates (6 to 11):
-    /// [`Reading::of_bushing`](super::Reading::of_bushing) has them all at once.
+    /// [`ReadingLaw::of_bushing`](super::ReadingLaw::of_bushing) has them all at once.
     Six(usize),
 }
 
