@@ -12,7 +12,7 @@
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::model::{BeamModel, StrainRule};
-use holonom::vi_beam::{FrameRule, Mesh, Section};
+use holonom::vi_beam::{BeamMesh, FrameRule, Section};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_multibody::builder::{BodyId, Inertia, MechanismBuilder};
 use holonom::vi_multibody::joint_coordinate::JointCoordinate;
@@ -201,7 +201,7 @@ fn beam_model(n: usize) -> (BeamModel, usize) {
     let mut model = BeamModel::new(GRAVITY.into());
     let section = Section::new([1e3, 1e3, 1e3, 10.0, 10.0, 10.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let (end, rule) = (0.1 * n as f64 * Vector3::x(), FrameRule::Normal(Vector3::z()));
-    let mesh = Mesh::straight(Vector3::zeros(), end, n, rule).unwrap();
+    let mesh = BeamMesh::straight(Vector3::zeros(), end, n, rule).unwrap();
     let beam = model.add_beam("beam", &mesh, section).unwrap();
     (model, beam.nodes.start)
 }

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use std::error::Error;
 use std::f64::consts::PI;
 use vi_beam::model::BeamModel;
-use vi_beam::{FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, FrameRule, Section};
 use vi_rigid::{Load, LoadKind, TimeHistory, directors};
 use vi_statics::{StaticProblem, StaticSettings};
 
@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         [1.0, 10.0, 10.0, 0.0],                   // mass per length, of no matter here
     )?;
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(Vector3::zeros(), length * Vector3::x(), elements, rule)?;
+    let mesh = BeamMesh::straight(Vector3::zeros(), length * Vector3::x(), elements, rule)?;
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("cantilever", &mesh, section)?;
     model.clamp(beam.nodes.start);

@@ -6,14 +6,14 @@
 use nalgebra::Vector3;
 use std::error::Error;
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::{FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, FrameRule, Section};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::run::{Solver, integrator};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let section = Section::new([1e4, 1e4, 1e4, 500.0, 500.0, 500.0], [1.0, 10.0, 10.0, 0.0])?;
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(Vector3::zeros(), 10.0 * Vector3::x(), 8, rule)?;
+    let mesh = BeamMesh::straight(Vector3::zeros(), 10.0 * Vector3::x(), 8, rule)?;
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", &mesh, section)?;
     let omega = Vector3::new(0.7, 0.4, -0.9); // rad/s

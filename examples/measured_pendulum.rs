@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt::Write;
 
 use holonom::simulation::Simulation;
-use holonom::system::outside::{JointStart, Outside};
+use holonom::system::outside::{ExternalActions, JointStart};
 use holonom::{Model, Override};
 
 const MODEL: &str = include_str!("models/friction_pendulum.toml");
@@ -42,7 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [encoder, gyroscope] = [0, 1].map(|k| model.measurements[k].sigma);
     let hinge = |value| vec![("hinge".to_owned(), 0, value)];
     let start = JointStart { coordinates: hinge(0.35), rates: hinge(-0.4) };
-    let mut run = Simulation::with_outside(&model, &Outside { start, ..Outside::default() })?;
+    let mut run =
+        Simulation::with_outside(&model, &ExternalActions { start, ..ExternalActions::default() })?;
     let mut noise = Noise(20_080_131);
     let mut text = String::from("t,encoder,gyroscope\n");
     for step in 0..=model.settings.steps() {

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used)] // tests
 
 use holonom::Model;
-use holonom_reliability::fuzz::lane::{Lane, Watch};
-use holonom_reliability::fuzz::targets::{Answer, Target, all};
+use holonom_reliability::fuzz::lane::{Lane, LaneWatch};
+use holonom_reliability::fuzz::targets::{Answer, FuzzTarget, all};
 use holonom_reliability::fuzz::{self, limits};
 use holonom_reliability::interrupt;
 use holonom_reliability::mutants;
@@ -141,9 +141,9 @@ fn rules_of_contact_that_a_fault_does_not_need_are_removed() {
 }
 
 /// A short lane of a target.
-fn executed(target: &dyn Target, length: u64) -> fuzz::tally::FuzzTally {
+fn executed(target: &dyn FuzzTarget, length: u64) -> fuzz::tally::FuzzTally {
     let lane = Lane { seed: 1, number: 0, length };
-    let tally = lane.run(target, &Watch::new(target.name(), &PathBuf::from("target")), None);
+    let tally = lane.run(target, &LaneWatch::new(target.name(), &PathBuf::from("target")), None);
     println!("{}: {}", target.name(), tally.words());
     assert!(tally.faults.is_empty(), "{:?}", tally.faults);
     tally

@@ -200,7 +200,8 @@ fn section_forces_at_any_point_converge_with_order_2() {
             last.clone_from(&sample.sensors);
             Ok(())
         };
-        holonom::experiment::Experiment::run(&mut statics, &mut observe, &mut |_, _| {}).unwrap();
+        holonom::experiment::RunnableModel::run(&mut statics, &mut observe, &mut |_, _| {})
+            .unwrap();
         let place = [0.0, 0.237, 0.5, 0.981, 1.0];
         let error = |(k, s): (usize, &f64)| {
             let own = &last[6 * k..6 * k + 6];

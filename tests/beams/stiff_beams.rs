@@ -5,7 +5,7 @@
 use crate::benchmark;
 
 use benchmark::{assert_order, changes_at_halved_steps, model, orders, samples};
-use holonom::run::{Control, run_with};
+use holonom::run::{RunControl, run_with};
 use holonom::{RunFolder, RunOutcome, Sample, Simulation};
 use vi_testkit::model::{cantilever, head, load, section, sensor};
 
@@ -160,7 +160,7 @@ fn a_run_whose_energy_leaves_its_band_says_so_at_once() {
     let mut notices = Vec::new();
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("energy_band");
     let folder = RunFolder::create(folder, true).unwrap();
-    let control = Control {
+    let control = RunControl {
         progress: &mut |_, _| {},
         notice: &mut |words| notices.push((steps.get(), words.to_owned())),
         interrupted: &mut || {

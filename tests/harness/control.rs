@@ -9,7 +9,7 @@ use vi_constraints::linearization::{Costate, Tangent};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_control::momentum::TerminalMomentum;
 use vi_control::objective::{
-    Effort, Judged, Last, Objective, PointComponent, Running, Term, Terminal, Time,
+    CostTerm, Effort, Last, NumberCost, Objective, PointComponent, Running, Terminal, Time,
 };
 use vi_control::sensitivities::Beside;
 use vi_control::{
@@ -503,7 +503,7 @@ impl GradientCase {
             axis,
         };
         for term in &self.objective {
-            let mut add = |weight: f64, term: Box<dyn Term>| objective.add(weight, term);
+            let mut add = |weight: f64, term: Box<dyn CostTerm>| objective.add(weight, term);
             match *term {
                 TermCase::Effort { weight } => add(weight, Box::new(Effort { of: Vec::new() })),
                 TermCase::Time { weight } => add(weight, Box::new(Time)),
@@ -512,7 +512,7 @@ impl GradientCase {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
                         add(
                             weight,
-                            Box::new(Terminal { quantity, judged: Judged::Deviation(target) }),
+                            Box::new(Terminal { quantity, judged: NumberCost::Deviation(target) }),
                         );
                     }
                 }
@@ -521,17 +521,23 @@ impl GradientCase {
                         let (quantity, target) = (component(body, point, axis), target[axis]);
                         add(
                             weight,
-                            Box::new(Running { quantity, judged: Judged::Deviation(target) }),
+                            Box::new(Running { quantity, judged: NumberCost::Deviation(target) }),
                         );
                     }
                 }
                 TermCase::TerminalCoordinate { joint, freedom, target, weight } => {
                     let quantity = coordinate(joint, freedom)?;
-                    add(weight, Box::new(Terminal { quantity, judged: Judged::Deviation(target) }));
+                    add(
+                        weight,
+                        Box::new(Terminal { quantity, judged: NumberCost::Deviation(target) }),
+                    );
                 }
                 TermCase::RunningCoordinate { joint, freedom, target, weight } => {
                     let quantity = coordinate(joint, freedom)?;
-                    add(weight, Box::new(Running { quantity, judged: Judged::Deviation(target) }));
+                    add(
+                        weight,
+                        Box::new(Running { quantity, judged: NumberCost::Deviation(target) }),
+                    );
                 }
                 TermCase::TerminalMomentum { weight } => {
                     let term = momentum.clone().ok_or("no momentum along such joints")?;
@@ -587,7 +593,7 @@ impl GradientCase {
         let design = design.map_err(|e| words(&e))?;
         // v is linear in the rates of the independent coordinates
         let rest = vec![0.0; q.len()];
-        let rows = vi_multibody::run::Loops::find(&built.mechanism, 0.0, &q);
+        let rows = vi_multibody::run::IndependentLoops::find(&built.mechanism, 0.0, &q);
         let rows = rows.map_err(|e| words(&e))?.rows;
         let by = |v: &[f64], tangents: &[MechanismTangent]| {
             let at = InitialValues::new(0.0, &q, v);

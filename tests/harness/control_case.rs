@@ -4,17 +4,17 @@
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::Value;
 use std::sync::Arc;
-use vi_constraints::{InitialValues, Method, Options, Reparametrization, SchemeKind};
-use vi_control::objective::Judged;
+use vi_constraints::{InitialValues, Options, OrderMethod, Reparametrization, SchemeKind};
+use vi_control::objective::NumberCost;
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, FinalTime, MAX_INCREMENT, Problem, Quantity, Rest,
-    When,
+    Acts, Condition, Control, ControlProblem, Cost, CostKind, FinalTime, MAX_INCREMENT, NodeNumber,
+    RestAtEnd, When,
 };
-use vi_control::transcription::{Guess, Path, Transcription};
+use vi_control::transcription::{Guess, GuessPath, Transcription};
 use vi_core::interval::Interval;
 use vi_core::{Quadrature, SeparableSystem};
 use vi_multibody::builder::{BuiltMechanism, MechanismBuilder, PointOn};
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::{BilinearRow, Form};
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint::{Joint, Side, complete_axis};
 use vi_multibody::joint_force::Viscous;
@@ -319,17 +319,17 @@ impl Case {
         efforts.map(control).collect()
     }
 
-    fn quantity(&self, joint: usize, freedom: usize) -> Quantity {
+    fn quantity(&self, joint: usize, freedom: usize) -> NodeNumber {
         let own = self.joint(joint).unwrap();
-        Quantity::joint(&self.mechanism, own, freedom, &self.q, 0).unwrap()
+        NodeNumber::joint(&self.mechanism, own, freedom, &self.q, 0).unwrap()
     }
 
     /// The components of a point of a body, m.
-    fn point(&self, part: &Value) -> [Quantity; 3] {
+    fn point(&self, part: &Value) -> [NodeNumber; 3] {
         let point = Form::point(12 * index(&part["body"]), &vector(&part["point"]));
         std::array::from_fn(|i| {
             let along = Form::constant(Vector3::ith(i, 1.0));
-            Quantity::of(Row::product(point.clone(), along, 0.0))
+            NodeNumber::of(BilinearRow::product(point.clone(), along, 0.0))
         })
     }
 
@@ -354,7 +354,7 @@ impl Case {
                         weight,
                         kind: CostKind::Number {
                             quantity,
-                            judged: Judged::Deviation(target),
+                            judged: NumberCost::Deviation(target),
                             when,
                         },
                     });
@@ -362,8 +362,11 @@ impl Case {
                 "terminal_point" | "running_point" => {
                     let targets = numbers(&term["target"]);
                     for (quantity, target) in self.point(term).into_iter().zip(targets) {
-                        let kind =
-                            CostKind::Number { quantity, judged: Judged::Deviation(target), when };
+                        let kind = CostKind::Number {
+                            quantity,
+                            judged: NumberCost::Deviation(target),
+                            when,
+                        };
                         costs.push(Cost { weight, kind });
                     }
                 }
@@ -389,7 +392,7 @@ impl Case {
                 continue;
             }
             let quantity = self.quantity(joint, freedom);
-            let Quantity::Joint { start, .. } = quantity else { unreachable!() };
+            let NodeNumber::Joint { start, .. } = quantity else { unreachable!() };
             change[j] = sign * (value - start);
             let (name, when) = (format!("joint {joint}"), When::End);
             conditions.push(Condition { name, quantity, when, bounds: [value; 2] });
@@ -407,7 +410,7 @@ impl Case {
             let mut product = |i: usize, own: usize, bounds: [f64; 2]| {
                 let own = Form::vector(0, &Vector3::ith(own % 3, 1.0));
                 let fixed = Form::constant(target.column(i).into());
-                let quantity = Quantity::of(Row::product(own, fixed, 0.0));
+                let quantity = NodeNumber::of(BilinearRow::product(own, fixed, 0.0));
                 let name = format!("attitude {i}");
                 conditions.push(Condition { name, quantity, when: When::End, bounds });
             };
@@ -423,14 +426,14 @@ impl Case {
         (conditions, change)
     }
 
-    pub(crate) fn problem(&self, steps: usize) -> (Problem, Guess) {
+    pub(crate) fn problem(&self, steps: usize) -> (ControlProblem, Guess) {
         let (conditions, change) = self.ends();
         let rest = match &self.value["terminal"]["rest"] {
-            Value::String(_) => Rest::All,
-            Value::Array(some) => Rest::Unknowns(
+            Value::String(_) => RestAtEnd::All,
+            Value::Array(some) => RestAtEnd::Unknowns(
                 some.iter().map(|own| self.unknown(index(&own["joint"]), freedom(own)).0).collect(),
             ),
-            _ => Rest::Free,
+            _ => RestAtEnd::Free,
         };
         let own_steps = index(&self.value["steps"]);
         let time = match self.value.get("free_time") {
@@ -441,10 +444,10 @@ impl Case {
             },
             None => FinalTime::Fixed(number(&self.value["h"]) * own_steps as f64),
         };
-        let problem = Problem {
+        let problem = ControlProblem {
             steps,
             time,
-            method: Method::default(),
+            method: OrderMethod::default(),
             controls: self.controls(),
             costs: self.objective(),
             conditions,
@@ -468,7 +471,7 @@ impl Case {
                     own[j] = sign * (at(n + 1, k) - at(n, k));
                 }
             }
-            guess.path = Path::Increments(increments);
+            guess.path = GuessPath::Increments(increments);
         }
         (problem, guess)
     }

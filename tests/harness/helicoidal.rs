@@ -9,7 +9,7 @@ use vi_beam::averaged::AveragedStrains;
 use vi_beam::element::{ElementKind, StrainLaw};
 use vi_beam::helicoidal::{Forms, Helicoidal, forms};
 use vi_beam::strain::{ElementCoordinates, Strain};
-use vi_beam::{BeamModel, Elements, MassKind, Mesh, Section};
+use vi_beam::{BeamMesh, BeamModel, Elements, MassKind, Section};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_core::linear::norm_inf;
 use vi_core::potential::Potential;
@@ -331,7 +331,7 @@ impl HelicoidalCase {
         for (k, node) in self.nodes.iter().enumerate() {
             let triad = Matrix3::from_column_slice(&node[3..]);
             let center = Vector3::from_column_slice(&node[..3]);
-            let mesh = Mesh { centers: vec![center], triads: vec![triad], lengths: Vec::new() };
+            let mesh = BeamMesh { centers: vec![center], triads: vec![triad], lengths: Vec::new() };
             model.add_frame(mesh.nodes(&format!("node {k}")).remove(0));
         }
         for (k, node) in self.nodes.iter().enumerate() {

@@ -7,14 +7,16 @@ use serde_json::Value;
 use std::sync::Arc;
 use vi_constraints::SchemeKind;
 use vi_constraints::linearization::Tangent;
-use vi_control::identification::{Experiment, Measurable, MotionResiduals, Reading, Series, Trial};
+use vi_control::identification::{
+    Experiment, Measurable, MeasuredReading, MeasuredSeries, MotionResiduals, TrialRun,
+};
 use vi_control::least_squares::{Estimate, FitError, LeastSquares, Parameter, Refused};
 use vi_control::terminal_rate::NodeSources;
 use vi_control::{ControlForce, Controls, Direction, JointControl};
 use vi_core::{MechanicalSystem, Quadrature};
 use vi_multibody::design::start::{StartCoordinate, derivatives};
 use vi_multibody::design::{BodyTangent, EffortChange, MechanismDesign, MechanismTangent};
-use vi_multibody::run::{Loops, Solver, integrator};
+use vi_multibody::run::{IndependentLoops, Solver, integrator};
 
 fn whole(value: &Value) -> usize {
     usize::try_from(value.as_u64().unwrap()).unwrap()
@@ -90,10 +92,10 @@ impl Unknown {
             .collect()
     }
 
-    pub(crate) fn series(&self) -> Vec<Series> {
-        let series = |(sensor, own): (usize, &Value)| Series {
+    pub(crate) fn series(&self) -> Vec<MeasuredSeries> {
+        let series = |(sensor, own): (usize, &Value)| MeasuredSeries {
             sensor,
-            reading: Reading::Value,
+            reading: MeasuredReading::Value,
             sigma: number(&own["sigma"]),
             steps: numbers(&own["steps"]),
             values: numbers(&own["values"]),
@@ -114,7 +116,7 @@ impl Unknown {
 }
 
 impl Experiment for Unknown {
-    fn begin(&mut self, theta: &[f64]) -> Result<Trial, Refused> {
+    fn begin(&mut self, theta: &[f64]) -> Result<TrialRun, Refused> {
         let refused = |error: &dyn std::fmt::Display| Refused(error.to_string());
         let mut case = self.with(theta).map_err(Refused)?;
         let own = Unknown(case.value.clone());
@@ -151,7 +153,8 @@ impl Experiment for Unknown {
         let design =
             MechanismDesign::new(&built.mechanism, &built.forces, &mass, quadrature, &tangents);
         let design = design.map_err(|e| refused(&e))?;
-        let rows = Loops::find(&built.mechanism, 0.0, &case.q).map_err(|e| refused(&e))?.rows;
+        let rows =
+            IndependentLoops::find(&built.mechanism, 0.0, &case.q).map_err(|e| refused(&e))?.rows;
         let at = case.initial();
         let start = derivatives(&built.mechanism, &mass, &rows, at, &chosen, &tangents);
         let start = start.map_err(|e| refused(&e))?;
@@ -166,7 +169,7 @@ impl Experiment for Unknown {
         let run = run.map_err(|e| refused(&e))?;
         case.value = Value::Null;
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
-        Ok(Trial {
+        Ok(TrialRun {
             run,
             step,
             controls,

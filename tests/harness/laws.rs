@@ -9,7 +9,7 @@ use holonom::model::Body;
 use holonom::model::ModelText;
 use holonom::model::{Constraint, Joint, JointKind, Override};
 use holonom::run::prepare;
-use holonom::sensor::Column;
+use holonom::sensor::SensorColumn;
 use holonom::{EventRecord, Model, RunOutcome, Sample};
 use serde::Deserialize;
 use serde_json::Value;
@@ -273,7 +273,7 @@ impl LawCase {
             RunOutcome::Done => {}
             RunOutcome::Failed(failure) => return Err(failure.message),
         }
-        let names = run.sensors().columns().iter().map(Column::name).collect();
+        let names = run.sensors().columns().iter().map(SensorColumn::name).collect();
         let turns = |joint: &&Joint| joint.kind == JointKind::Revolute;
         let angles = model.joints.iter().filter(turns).map(|joint| joint.name.clone()).collect();
         Ok(Run { names, angles, nodes, events })

@@ -7,7 +7,7 @@ use crate::benchmark;
 use benchmark::{Run, assert_order, study};
 use holonom::certificate::subject::ModelSubject;
 use holonom::verification::measure;
-use holonom::verification::subject::{Method, Setting};
+use holonom::verification::subject::{SchemeSetting, SteppingMethod};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 use nalgebra::Vector3;
@@ -112,14 +112,15 @@ fn positions_converge_with_the_nominal_order() {
 /// Rows that are independent initially become dependent during the motion.
 #[test]
 fn redundant_constraints_hold_where_other_rows_are_independent() {
-    let variational = [SchemeKind::Constrained, SchemeKind::Dalembert].map(Method::Variational);
-    let comparator = [EmForm::Constrained, EmForm::Dalembert].map(Method::EnergyMomentum);
+    let variational =
+        [SchemeKind::Constrained, SchemeKind::Dalembert].map(SteppingMethod::Variational);
+    let comparator = [EmForm::Constrained, EmForm::Dalembert].map(SteppingMethod::EnergyMomentum);
     for (name, text) in BOTH {
         let subject = ModelSubject::new(benchmark::model(text, &[]));
         for (method, order) in
             variational.map(|m| (m, 4)).into_iter().chain(comparator.map(|m| (m, 2)))
         {
-            let run = measure::long_run(&subject, Setting::new(method, order, 0.02), 300);
+            let run = measure::long_run(&subject, SchemeSetting::new(method, order, 0.02), 300);
             let run = run.unwrap_or_else(|e| panic!("{name}, {}: {e}", method.name()));
             let gap = run.residuals().position;
             println!("{name}, {}: |g| {gap:.1e}", method.name());

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::{model, samples};
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::{Sample, Simulation};
 use vi_testkit::model::{AXES, along, body_at, heavy, hinge, part};
 

@@ -1,7 +1,7 @@
 //! Laws of contacts beside the usual ones: static friction, Moreau's impacts, impacts one after the
 //! other.
 
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::{Model, Sample, Simulation};
 use vi_testkit::Sample as Random;
 use vi_testkit::model::{changed, heavy, part};

@@ -381,10 +381,10 @@ fn files_of_runs_with_events_do_not_depend_on_interruptions() {
 fn controlled<'a>(
     interrupted: &'a mut dyn FnMut() -> bool,
     progress: &'a mut dyn FnMut(u64, u64),
-) -> holonom::run::Control<'a> {
+) -> holonom::run::RunControl<'a> {
     let notice = Box::leak(Box::new(|_: &str| {})); // has no size
     let (checkpoint_every, report, command) = (None, false, None);
-    holonom::run::Control { progress, notice, interrupted, checkpoint_every, report, command }
+    holonom::run::RunControl { progress, notice, interrupted, checkpoint_every, report, command }
 }
 
 fn write_until(model: &Model, path: &std::path::Path, stop: u64) {

@@ -3,7 +3,7 @@
 
 use super::shape_runs::{model, momenta_off, rule, solid};
 use holonom::Simulation;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use vi_testkit::model::heavy;
 
 /// Eight cubes that touch one another, and a ball that spins, without gravity: each joins, slides

@@ -12,7 +12,7 @@ use holonom::vi_constraints::linearization::{Costate, Sources, Tangent};
 use holonom::vi_control::Controls;
 use holonom::vi_control::checkpoints::Checkpoints;
 use holonom::vi_control::gradient::{Gradient, GradientError, Task};
-use holonom::vi_control::objective::{Objective, Term};
+use holonom::vi_control::objective::{CostTerm, Objective};
 use holonom::vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use holonom::vi_core::linear::dot;
 use holonom::vi_core::{Interval, MechanicalSystem, State};
@@ -26,7 +26,7 @@ const STEPS: usize = 4;
 /// `x·q_N + y·p̄_N`.
 struct Linear(Vec<f64>, Vec<f64>);
 
-impl Term for Linear {
+impl CostTerm for Linear {
     fn of_end(&self, end: &State) -> f64 {
         dot(&self.0, &end.q) + dot(&self.1, &end.p)
     }
@@ -75,7 +75,7 @@ fn random_sources(
 /// By how much forward and backward differ over a step with sources, of all terms.
 fn of_step(run: &mut MechanismIntegrator, sample: &mut Sample) -> f64 {
     let (n, m) = (run.state().q.len(), run.constraints().len());
-    let mut step = Linearization::new(run.method(), (n, m), run.rows());
+    let mut step = Linearization::new(run.method(), n, m, run.rows());
     let mut p = run.state().p.clone();
     let mut worst = 0.0_f64;
     let mut taken = Vec::new();

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::model;
-use holonom::sensor::Column;
+use holonom::sensor::SensorColumn;
 use holonom::{Sample, Simulation};
 use vi_testkit::model::sensor;
 
@@ -15,7 +15,7 @@ struct Run {
 impl Run {
     fn of(text: &str) -> Self {
         let mut simulation = Simulation::new(&model(text, &[])).unwrap();
-        let names = simulation.sensors().columns().iter().map(Column::name).collect();
+        let names = simulation.sensors().columns().iter().map(SensorColumn::name).collect();
         let nodes = simulation.samples().map(Result::unwrap).collect();
         Self { names, nodes }
     }

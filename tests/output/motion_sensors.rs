@@ -20,7 +20,7 @@ impl Run {
     fn of(text: &str, replaced: &[(&str, &str)]) -> Self {
         let mut simulation = Simulation::new(&model(text, replaced)).unwrap();
         let nodes = samples(&mut simulation);
-        let names = simulation.sensors().columns().iter().map(holonom::sensor::Column::name);
+        let names = simulation.sensors().columns().iter().map(holonom::sensor::SensorColumn::name);
         let (names, energies) = (names.collect(), simulation.energy_columns().to_vec());
         Self { names, energies, nodes }
     }

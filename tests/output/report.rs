@@ -7,7 +7,7 @@ use holonom::model::Columns;
 use holonom::output::{ContactCounts, Status, SummaryBuilder};
 use holonom::report;
 use holonom::{
-    AssemblyReport, Counts, Member, MemberKind, Model, Residuals, RunFailure, RunFolder,
+    AssemblyReport, Counts, Member, MemberKind, Model, ResidualsAtLevels, RunFailure, RunFolder,
     RunOutcome, Sample,
 };
 
@@ -30,7 +30,7 @@ fn sample(step: u64) -> Sample {
         shadow: None,
         work: 0.0,
         momentum: Default::default(),
-        residuals: Residuals { position: 2.2e-16, velocity: 0.0, momentum: 1e-7 },
+        residuals: ResidualsAtLevels { position: 2.2e-16, velocity: 0.0, momentum: 1e-7 },
         newton_iterations: 2.0,
         sensors: vec![],
         energies: vec![],

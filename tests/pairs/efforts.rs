@@ -11,7 +11,7 @@ use vi_testkit::model::{AXES, between, body_at, heavy, hinge, motion, sensor, to
 fn run(model: &Model) -> (Vec<String>, Vec<Sample>) {
     let mut simulation = Simulation::new(model).unwrap();
     let samples = samples(&mut simulation);
-    let names = simulation.sensors().columns().iter().map(holonom::sensor::Column::name);
+    let names = simulation.sensors().columns().iter().map(holonom::sensor::SensorColumn::name);
     (names.collect(), samples)
 }
 

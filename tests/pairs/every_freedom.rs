@@ -304,7 +304,7 @@ fn errors_of(
     let found = samples(&mut simulation);
     assert_eq!(found.len(), exact.len());
     let names: Vec<_> =
-        simulation.sensors().columns().iter().map(holonom::sensor::Column::name).collect();
+        simulation.sensors().columns().iter().map(holonom::sensor::SensorColumn::name).collect();
     let energies = simulation.energy_columns().to_vec();
     let column = |names: &[String], name: &str, of: &dyn Fn(&Sample) -> &[f64]| -> Vec<f64> {
         let k = names.iter().position(|column| column == name);

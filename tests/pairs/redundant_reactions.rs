@@ -11,7 +11,7 @@ use holonom::vi_core::{Configuration, Entries, SparseMatrix};
 use holonom::{Model, Simulation};
 use nalgebra::{DMatrix, DVector};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::reaction::{Reaction, ReactionObserver, Reactions, Tension};
+use vi_multibody::reaction::{BarTension, Reaction, ReactionObserver, Reactions};
 use vi_multibody::run::MechanismIntegrator;
 
 const FOUR_BAR: &str = include_str!("../models/four_bar.toml");
@@ -110,7 +110,7 @@ fn multipliers_of_loops_have_no_part_in_the_null_space() {
 }
 
 /// All reactions of a node, joints, bars, scalar constraints; `None` where a number is not unique.
-fn numbers(joints: &[Reaction], bars: &[Tension], scalars: &[Tension]) -> Vec<Option<f64>> {
+fn numbers(joints: &[Reaction], bars: &[BarTension], scalars: &[BarTension]) -> Vec<Option<f64>> {
     let of_joints = joints.iter().flat_map(Reaction::components);
     let of_rows = bars.iter().chain(scalars).map(|row| row.unique.then_some(row.force));
     of_joints.chain(of_rows).collect()
@@ -126,9 +126,9 @@ fn apart(run: &mut MechanismIntegrator, observer: &mut ReactionObserver) -> (f64
     let found = observer.observe(mechanism, at, &node.constraint_force, run.rows());
     let scalars = 0..mechanism.description().scalars.len();
     let rows = scalars.flat_map(|k| mechanism.scalar_rows(k));
-    let scalars: Vec<Tension> = rows.map(|row| found.scalar_row(row)).collect();
+    let scalars: Vec<BarTension> = rows.map(|row| found.scalar_row(row)).collect();
     let joints: Vec<Reaction> = (0..expected.joints.len()).map(|k| found.joint(k)).collect();
-    let bars: Vec<Tension> = (0..expected.bars.len()).map(|k| found.bar(k)).collect();
+    let bars: Vec<BarTension> = (0..expected.bars.len()).map(|k| found.bar(k)).collect();
     let one = numbers(&joints, &bars, &scalars);
     let other = numbers(&expected.joints, &expected.bars, &expected.scalars);
     let size = node.lambda.iter().fold(0.0_f64, |size, lambda| size.max(lambda.abs()));

@@ -82,16 +82,16 @@ fn driven_gears_meet_their_constraints_to_round_off_after_95_turns() {
 fn driven_gears(steps: u64) {
     use holonom::certificate::subject::ModelSubject;
     use holonom::verification::measure::long_run;
-    use holonom::verification::subject::{Method, Setting};
+    use holonom::verification::subject::{SchemeSetting, SteppingMethod};
     use holonom::vi_constraints::SchemeKind;
     use holonom::vi_emscheme::EmForm;
     let subject = ModelSubject::new(Model::from_toml(TURNING).unwrap());
-    let variational = SchemeKind::ALL.map(Method::Variational);
-    let energy_momentum = EmForm::ALL.map(Method::EnergyMomentum);
+    let variational = SchemeKind::ALL.map(SteppingMethod::Variational);
+    let energy_momentum = EmForm::ALL.map(SteppingMethod::EnergyMomentum);
     let orders = [2, 4].map(|order| variational.map(|method| (method, order)));
     let methods = orders.as_flattened().iter().copied();
     for (method, order) in methods.chain(energy_momentum.map(|method| (method, 2))) {
-        let setting = Setting::new(method, order, 0.01);
+        let setting = SchemeSetting::new(method, order, 0.01);
         let run = match long_run(&subject, setting, steps) {
             Ok(run) => run,
             Err(why) => panic!("{} {order}: {why}", method.name()),

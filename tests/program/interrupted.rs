@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::program::command::folder as empty_folder;
-use holonom::experiment::Experiment;
-use holonom::run::{Control, Finished, prepare, resume, run_with};
+use holonom::experiment::RunnableModel;
+use holonom::run::{Finished, RunControl, prepare, resume, run_with};
 use holonom::{Model, Override, RunFolder};
 use serde_json::Value;
 
@@ -129,9 +129,16 @@ pub(crate) fn control<'a>(
     every: Option<u64>,
     interrupted: &'a mut dyn FnMut() -> bool,
     progress: &'a mut dyn FnMut(u64, u64),
-) -> Control<'a> {
+) -> RunControl<'a> {
     let notice = Box::leak(Box::new(|_: &str| {})); // has no size
-    Control { progress, notice, interrupted, checkpoint_every: every, report: true, command: None }
+    RunControl {
+        progress,
+        notice,
+        interrupted,
+        checkpoint_every: every,
+        report: true,
+        command: None,
+    }
 }
 
 /// Begins a run of `model`, interrupted before step `stop`.
@@ -153,7 +160,7 @@ pub(crate) fn go_on(path: &Path, steps: u64) -> Finished {
     let folder = RunFolder::reopen(path).unwrap();
     let text = folder.model_text();
     let model = Model::from_toml(&text).unwrap();
-    let mut simulation: Box<dyn Experiment> = prepare(&model).unwrap();
+    let mut simulation: Box<dyn RunnableModel> = prepare(&model).unwrap();
     let found = folder.read_checkpoint(&text).unwrap();
     let mut step = 0;
     let mut interrupted = || {

@@ -1,7 +1,7 @@
 //! The verifier itself: integrators with one defect each must fail, on the criterion that names the
 //! defect, and every criterion that passes anywhere has a mutant that it fails on.
 
-use holonom::verification::subject::Method;
+use holonom::verification::subject::SteppingMethod;
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 use xtask::verify::mutants::{Base, Mutant, list, passes};
@@ -68,16 +68,16 @@ fn there_are_enough_of_them() {
 #[test]
 fn no_criterion_passes_that_cannot_fail() {
     let all = list::all();
-    let dalembert = Method::Variational(SchemeKind::Dalembert);
-    let em = Method::EnergyMomentum(EmForm::Nodal);
+    let dalembert = SteppingMethod::Variational(SchemeKind::Dalembert);
+    let em = SteppingMethod::EnergyMomentum(EmForm::Nodal);
     for (base, method) in [
-        (Base::Top, (Method::NODAL, 2)),
+        (Base::Top, (SteppingMethod::NODAL, 2)),
         (Base::Top, (dalembert, 2)),
         (Base::Top, (em, 2)),
-        (Base::Pendulum, (Method::NODAL, 4)),
-        (Base::Pair(1), (Method::NODAL, 2)),
-        (Base::FourBar, (Method::NODAL, 2)),
-        (Base::Beam, (Method::NODAL, 2)),
+        (Base::Pendulum, (SteppingMethod::NODAL, 4)),
+        (Base::Pair(1), (SteppingMethod::NODAL, 2)),
+        (Base::FourBar, (SteppingMethod::NODAL, 2)),
+        (Base::Beam, (SteppingMethod::NODAL, 2)),
     ] {
         for (criterion, quantity) in passes(base, method).unwrap() {
             let mutant = all.iter().find(|m| m.criterion == criterion && m.quantity == quantity);

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::harness::models::simulation;
-use holonom::vi_constraints::{Method, Options, SchemeKind};
+use holonom::vi_constraints::{Options, OrderMethod, SchemeKind};
 use holonom::vi_core::composition::Composition;
 use holonom::vi_core::galerkin::Stages;
 use holonom::vi_core::linear::norm_inf;
@@ -55,7 +55,7 @@ fn pair(velocity: f64) -> BuiltMechanism {
 }
 
 /// The configuration after a run.
-fn variational(built: &BuiltMechanism, (kind, method): (SchemeKind, Method)) -> Vec<f64> {
+fn variational(built: &BuiltMechanism, (kind, method): (SchemeKind, OrderMethod)) -> Vec<f64> {
     let options = Options { method, ..Options::new(kind, H) };
     let mut run = built.clone().integrator(options).unwrap();
     for _ in 0..STEPS {
@@ -103,13 +103,13 @@ fn a_uniform_velocity_changes_no_relative_motion() {
             assert!(off < 1e-7, "{name}, {scheme}: {off:e}");
         };
         for kind in SchemeKind::ALL {
-            let by = (kind, Method::default());
+            let by = (kind, OrderMethod::default());
             check(kind.name().into(), variational(&near, by), variational(&far, by));
         }
-        let by = (SchemeKind::Nodal, Method::Composition(Composition::Suzuki5));
+        let by = (SchemeKind::Nodal, OrderMethod::Composition(Composition::Suzuki5));
         check("order 4".into(), variational(&near, by), variational(&far, by));
         if name == "pair" {
-            let by = (SchemeKind::Nodal, Method::Galerkin(Stages::new(3).unwrap()));
+            let by = (SchemeKind::Nodal, OrderMethod::Galerkin(Stages::new(3).unwrap()));
             check("galerkin".into(), variational(&near, by), variational(&far, by));
         }
         check("em-nodal".into(), energy_momentum(&near), energy_momentum(&far));
@@ -175,7 +175,7 @@ fn hinged_bodies_fly_at_any_velocity() {
         hinge.at([0.1, 0.1, 0.0]).axis([0.0, 1.0, 0.0]).rate(0.002);
         builder.build().unwrap()
     };
-    let by = (SchemeKind::Nodal, Method::default());
+    let by = (SchemeKind::Nodal, OrderMethod::default());
     let near = variational(&hinged(0.0), by);
     for k in 1..=20 {
         let velocity = 5e3 * f64::from(k);

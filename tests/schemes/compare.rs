@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used)] // helpers of tests
 
 use holonom::Model;
-use holonom::compare::{CompareError, Comparison, EnergyBehaviour, Outcome, Request, compare};
+use holonom::compare::{
+    CompareError, Comparison, EnergyBehaviour, Request, SchemeOutcome, compare,
+};
 use holonom::compare::{page, table};
 use holonom::model::Scheme;
 
@@ -74,7 +76,7 @@ fn conclusions_on_a_heavy_top(end: f64) {
     assert!(found.reference.known_to.unwrap() < 1e-10);
     for record in &found.records {
         let measured = record.measured.as_ref().unwrap();
-        assert_eq!(record.outcome, Outcome::Done);
+        assert_eq!(record.outcome, SchemeOutcome::Done);
         let conserved = measured.energy_verdict == EnergyBehaviour::Conserved;
         assert_eq!(conserved, record.energy_momentum, "{}: energy", record.scheme);
         assert!(measured.momentum_drift[5] < 1e-12, "{}: Lz", record.scheme);
@@ -118,9 +120,9 @@ fn schemes_that_do_not_run_say_why_and_the_others_go_on() {
     let found = compare(&model, &request, &mut |_| {}).unwrap();
     let text = table::text(&found);
     println!("{text}");
-    assert!(found.records.iter().any(|r| r.outcome == Outcome::Done));
+    assert!(found.records.iter().any(|r| r.outcome == SchemeOutcome::Done));
     for record in &found.records {
-        let refused = matches!(record.outcome, Outcome::Refused { .. });
+        let refused = matches!(record.outcome, SchemeOutcome::Refused { .. });
         assert_eq!(refused, record.measured.is_none(), "{}", record.scheme);
         assert!(!refused || text.contains(&format!("{}: does not run", record.scheme)));
     }
@@ -132,7 +134,7 @@ fn a_step_that_is_too_long_fails_for_one_scheme_and_is_reported() {
     let found = compared("heavy_top_fast", &Request { schemes, ..request(&[0.3], 30.0) });
     let text = table::text(&found);
     println!("{text}");
-    let failed = found.records.iter().filter(|r| matches!(r.outcome, Outcome::Failed { .. }));
+    let failed = found.records.iter().filter(|r| matches!(r.outcome, SchemeOutcome::Failed { .. }));
     assert!(failed.count() > 0 && text.contains("failed in step"), "{text}");
     let html = page::page(&found, &model("heavy_top_fast"), "holonom compare heavy_top_fast.toml");
     assert!(html.contains("failed in step"));

@@ -323,12 +323,12 @@ fn flying_beams(longer: f64) {
 fn a_steady_rotation_keeps_its_momentum_within_a_few_last_bits() {
     use holonom::certificate::subject::ModelSubject;
     use holonom::verification::measure::long_run;
-    use holonom::verification::subject::{Method, Setting};
+    use holonom::verification::subject::{SchemeSetting, SteppingMethod};
     use holonom::vi_emscheme::EmForm;
     let text = include_str!("../../examples/models/pendulum_free.toml");
     let subject = ModelSubject::new(Model::from_toml(text).unwrap());
     for form in [EmForm::Constrained, EmForm::Dalembert] {
-        let setting = Setting::new(Method::EnergyMomentum(form), 2, 0.02);
+        let setting = SchemeSetting::new(SteppingMethod::EnergyMomentum(form), 2, 0.02);
         let angular = long_run(&subject, setting, 20_000).unwrap().momentum(5);
         let drift = largest(angular.iter().map(|l| l - angular[0]));
         println!("{}: |L − L_0| ≤ {drift:.1e} in 20000 steps", form.name());

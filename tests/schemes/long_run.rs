@@ -11,12 +11,12 @@ use harness::models::simulation;
 use holonom::certificate::subject::ModelSubject;
 use holonom::nalgebra::DMatrix;
 use holonom::verification::measure::{LongRun, long_run};
-use holonom::verification::subject::{Method, Setting};
+use holonom::verification::subject::{SchemeSetting, SteppingMethod};
 use holonom::verification::trend::trend;
 use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization, SchemeKind};
 use holonom::vi_core::Interval;
 use holonom::vi_core::linear::norm_inf;
-use holonom::vi_core::newton::{Block, Fault};
+use holonom::vi_core::newton::{Fault, UnknownBlock};
 use holonom::vi_multibody::tree_map::TreeMap;
 use holonom::{Model, system};
 
@@ -25,7 +25,7 @@ fn subject(text: &str) -> ModelSubject {
 }
 
 fn run(of: &ModelSubject, scheme: SchemeKind, order: u32, (h, steps): (f64, u64)) -> LongRun {
-    long_run(of, Setting::new(Method::Variational(scheme), order, h), steps).unwrap()
+    long_run(of, SchemeSetting::new(SteppingMethod::Variational(scheme), order, h), steps).unwrap()
 }
 
 /// `max |x_n − x_0|`; numbers that are none are refused.
@@ -136,7 +136,7 @@ impl Reparametrization for Directors {
     fn dof(&self) -> usize {
         self.inner.dof()
     }
-    fn blocks(&self) -> Vec<Block> {
+    fn blocks(&self) -> Vec<UnknownBlock> {
         self.inner.blocks()
     }
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {

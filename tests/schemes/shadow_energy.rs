@@ -3,7 +3,7 @@
 use holonom::Model;
 use holonom::certificate::subject::ModelSubject;
 use holonom::verification::measure::long_run;
-use holonom::verification::subject::{Method, Setting, Subject};
+use holonom::verification::subject::{SchemeSetting, SteppingMethod, Subject};
 use holonom::verification::trend::trend;
 use holonom::vi_constraints::SchemeKind;
 
@@ -30,7 +30,7 @@ fn conserved_shadow(steps: u64) {
         (SchemeKind::Nodal, 4, 0.005),
         (SchemeKind::Nodal, 6, 0.02),
     ] {
-        let setting = Setting::new(Method::Variational(scheme), order, h);
+        let setting = SchemeSetting::new(SteppingMethod::Variational(scheme), order, h);
         let run = long_run(&subject, setting, steps).unwrap();
         let energy = trend(&run.energies(), &run.energies()).unwrap();
         let shadow = trend(&run.energies(), &run.shadow_energies()).unwrap();
@@ -44,7 +44,7 @@ fn conserved_shadow(steps: u64) {
 
 fn found(text: &str) -> f64 {
     let subject = ModelSubject::new(Model::from_toml(text).unwrap());
-    let mut motion = subject.start(Setting::new(Method::NODAL, 2, 0.01)).unwrap();
+    let mut motion = subject.start(SchemeSetting::new(SteppingMethod::NODAL, 2, 0.01)).unwrap();
     motion.frequency().unwrap().unwrap()
 }
 

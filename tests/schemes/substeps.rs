@@ -5,7 +5,7 @@ use crate::{benchmark, harness};
 
 use benchmark::{apart, model, samples};
 use harness::models::shipped;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::{OnFailure, Settings};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Override, Sample, Simulation};

@@ -6,7 +6,9 @@ use crate::benchmark::{model, samples};
 use holonom::Model;
 use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, ModalAnalysis, ModeKind, Report};
-use holonom::vi_statics::{Linearization, MotionKind, Vibrations, vibrations as all_vibrations};
+use holonom::vi_statics::{
+    MotionKind, StaticLinearization, Vibrations, vibrations as all_vibrations,
+};
 use holonom::{Simulation, Statics};
 use std::f64::consts::PI;
 use vi_testkit::model::{AXES, beam, body, changed, guide, head, hinge, joint, motion, section};
@@ -373,7 +375,7 @@ fn the_lowest_modes_are_those_of_all() {
         let count = 5;
         let all = all_vibrations(problem().problem()).unwrap();
         let lowest =
-            Linearization::lowest(problem().problem(), count).unwrap().vibrations().unwrap();
+            StaticLinearization::lowest(problem().problem(), count).unwrap().vibrations().unwrap();
         let (exact, kinds, _) = spectrum(&all, count);
         let (found, own, residual) = spectrum(&lowest, count);
         let off =

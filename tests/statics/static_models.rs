@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used)] // a test
 
 use crate::benchmark::model;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::Model;
 use holonom::nalgebra::Vector3;
 use holonom::run::prepare;

@@ -6,7 +6,7 @@ use holonom::model::Scheme;
 
 use crate::arguments::BenchArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::{stderr, stdout};
 
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
@@ -14,7 +14,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     if let Some(order) = &arguments.order {
         overrides.push(Override::new("simulation.order", order));
     }
-    let input = Input::new(&arguments.model, overrides, arguments.json);
+    let input = ModelInput::new(&arguments.model, overrides, arguments.json);
     let model = input.read()?;
     let own = model.settings.scheme;
     if arguments.schemes.contains(&Scheme::Static)

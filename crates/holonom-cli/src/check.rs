@@ -1,6 +1,6 @@
 //! `holonom check`: validate and assemble, simulate nothing; show the initial configuration.
 
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError};
 use holonom::output::OutputSize;
@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::arguments::CheckArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::picture::{self, PictureFormat};
 use crate::reproduce::command;
 use crate::{human, stderr, stdout};
@@ -23,7 +23,7 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
     for file in [&arguments.page, &arguments.picture].into_iter().flatten() {
         Failure::unless_vacant(file, arguments.force)?;
     }
-    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, arguments.model.set.clone(), arguments.json);
     let (model, simulation) = input.assemble()?;
     if let Some(file) = &arguments.page {
         match page(&model, simulation.as_ref()) {
@@ -66,7 +66,7 @@ fn nothing_to_draw() -> Failure {
 }
 
 /// The page of the initial configuration.
-pub(crate) fn page(model: &Model, simulation: &dyn Experiment) -> Result<String, ModelError> {
+pub(crate) fn page(model: &Model, simulation: &dyn RunnableModel) -> Result<String, ModelError> {
     let report = simulation.assembly();
     let found =
         Assembled { facts: human::findings(model, report), warnings: report.warnings.clone() };

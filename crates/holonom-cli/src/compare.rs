@@ -6,7 +6,7 @@ use holonom::model::Scheme;
 
 use crate::arguments::CompareArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::run::keep_the_model;
 use crate::{stderr, stdout};
@@ -15,7 +15,7 @@ use crate::{stderr, stdout};
 const FILES: [&str; 3] = ["compare.json", "compare.html", "model.toml"];
 
 pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
-    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, arguments.model.set.clone(), arguments.json);
     let model = input.read()?;
     arguments.schemes.iter().try_for_each(|scheme| check(*scheme))?;
     let path = &arguments.model.model;

@@ -20,7 +20,7 @@ const HELP: usize = 1000;
 /// One problem, for miette.
 #[derive(Debug, thiserror::Error)]
 #[error("{message}")]
-struct Shown {
+struct ShownProblem {
     message: String,
     label: String,
     span: Option<Range<usize>>,
@@ -28,7 +28,7 @@ struct Shown {
     help: Option<String>,
 }
 
-impl Diagnostic for Shown {
+impl Diagnostic for ShownProblem {
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         self.help.as_ref().map(|h| Box::new(h) as Box<dyn std::fmt::Display>)
     }
@@ -144,7 +144,7 @@ fn invalid(path: &Path, problems: Vec<Value>) -> Value {
     json!({ "valid": false, "file": path.display().to_string(), "problems": problems })
 }
 
-fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
+fn shown(name: &str, text: &str, problem: &Problem) -> ShownProblem {
     let frame = problem.span.clone().map(|span| first_line(text, span)).filter(|s| fits(text, s));
     let place = match (&frame, &problem.span) {
         (Some(_), _) => String::new(),
@@ -155,7 +155,7 @@ fn shown(name: &str, text: &str, problem: &Problem) -> Shown {
         (None, None) => format!("{name}: "),
     };
     let source = if frame.is_some() { visible_in_place(text) } else { String::new() };
-    Shown {
+    ShownProblem {
         message: visible(&place).into_owned() + &clipped(&problem.to_string(), WORDS),
         label: if problem.key.is_empty() { "here".into() } else { clipped(&problem.key, WORDS) },
         source_code: NamedSource::new(visible(name), source),

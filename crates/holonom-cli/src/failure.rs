@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use holonom::RunFailure;
 use holonom::identification::DataError;
 use holonom::import::ImportError;
-use holonom::output::{Interruption, OutputError};
+use holonom::output::{OutputError, RunInterruption};
 use holonom::report::time;
 use holonom::run::{ContinueError, resume_command};
 
@@ -21,7 +21,7 @@ pub(crate) enum Failure {
     Run { failure: RunFailure, files: Vec<PathBuf> },
     /// Code 128 and the number of the signal: the run can be continued.
     #[error("the run was interrupted")]
-    Interrupted { at: Interruption, signal: u8 },
+    Interrupted { at: RunInterruption, signal: u8 },
     /// Code 128 and the number of the signal: the same command continues the sweep.
     #[error("the sweep was interrupted")]
     SweepInterrupted { signal: u8 },
@@ -107,7 +107,7 @@ impl Failure {
                 files.iter().for_each(|file| stderr::line(&format!("    {}", file.display())));
                 1
             }
-            Self::Interrupted { at: Interruption { step, t, resume }, signal } => {
+            Self::Interrupted { at: RunInterruption { step, t, resume }, signal } => {
                 let t = time(*t);
                 say(
                     &format!(

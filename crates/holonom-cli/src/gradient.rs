@@ -8,7 +8,7 @@ use holonom::report::rounded;
 
 use crate::arguments::{By, GradientArguments};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::{stderr, stdout};
 
 /// The file of a gradient.
@@ -33,7 +33,7 @@ pub(crate) fn gradient(arguments: &GradientArguments) -> Result<(), Failure> {
         RunFolder::vacant(folder, &[FILE], arguments.force)?;
     }
     let overrides = &arguments.model.set;
-    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, overrides.clone(), arguments.json);
     let mut failed = None;
     let make = |model: &holonom::Model| {
         let found = find(input.text(), overrides, model, &wanted).and_then(|mut found| {

@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use holonom::identification::{
-    DataError, Found, Identified, IdentifyError, MeasuredColumn, Watch, data, identify as find,
+    DataError, IdentificationWatch, Identified, IdentifiedModel, IdentifyError, MeasuredColumn,
+    data, identify as find,
 };
 use holonom::model::{ModelText, read_regular_text};
 use holonom::report::{estimate_page, rounded};
@@ -14,10 +15,10 @@ use holonom::{Model, RunFolder};
 use crate::arguments::IdentifyArguments;
 use crate::failure::Failure;
 use crate::gradient::warn_of_tolerance;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::run::{conduct, keep_the_model, warn_of_assembly};
-use crate::signals::Signals;
+use crate::signals::ReceivedSignals;
 use crate::{progress, stderr, stdout};
 
 /// The largest file of data, bytes.
@@ -39,11 +40,11 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
         arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(model, "estimate"));
     keep_the_model(model, &folder.join("model.toml"))?;
     keep_the_model(&arguments.data, &folder.join(ROWS))?;
-    let input = Input::new(&arguments.model, arguments.model.set.clone(), talk.json);
+    let input = ModelInput::new(&arguments.model, arguments.model.set.clone(), talk.json);
     let mut failed = None;
     RunFolder::vacant(&folder, &["summary.json", ESTIMATE, ROWS], arguments.force)?;
-    let signals = Signals::watch();
-    let make = |model: &Model| match estimate(arguments, (input.text(), model), &text, &signals) {
+    let signals = ReceivedSignals::watch();
+    let make = |model: &Model| match estimate(arguments, input.text(), model, &text, &signals) {
         Ok(found) => {
             let simulation = Simulation::with_outside(&found.model, &found.start)?;
             Ok(Some((found, simulation)))
@@ -58,7 +59,7 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
     let Some((found, mut simulation)) = found else {
         return Err(failed.map_or(Failure::Closed, |error| failure(error, &signals)));
     };
-    let Found { estimate, .. } = &found;
+    let IdentifiedModel { estimate, .. } = &found;
     if !talk.quiet {
         warn_of_tolerance(&found.model);
         for warning in estimate.warnings() {
@@ -93,10 +94,11 @@ pub(crate) fn identify(arguments: &IdentifyArguments) -> Result<(), Failure> {
 /// The estimate from the text of the data.
 fn estimate(
     arguments: &IdentifyArguments,
-    (file, model): (&ModelText, &Model),
+    file: &ModelText,
+    model: &Model,
     text: &str,
-    signals: &Signals,
-) -> Result<Found, IdentifyError> {
+    signals: &ReceivedSignals,
+) -> Result<IdentifiedModel, IdentifyError> {
     let columns: Vec<MeasuredColumn> = match model.identify {
         Some(_) => data::read(&arguments.data.display().to_string(), text, model)?,
         None => Vec::new(), // refused below
@@ -105,14 +107,14 @@ fn estimate(
     let bar = progress::bar(!talk.no_progress && !talk.quiet, "{spinner} run {pos}");
     let mut run = |number: usize| bar.set_position(number as u64);
     let mut interrupted = || signals.caught().is_some();
-    let mut watch = Watch { run: &mut run, interrupted: &mut interrupted };
+    let mut watch = IdentificationWatch { run: &mut run, interrupted: &mut interrupted };
     let found = find(file, &arguments.model.set, model, &columns, &mut watch);
     bar.finish_and_clear();
     found
 }
 
 /// What there is instead of an estimate.
-fn failure(error: IdentifyError, signals: &Signals) -> Failure {
+fn failure(error: IdentifyError, signals: &ReceivedSignals) -> Failure {
     match error {
         IdentifyError::Data(error) => error.into(),
         IdentifyError::Interrupted => {
@@ -135,7 +137,7 @@ fn unsound(estimate: &Identified) -> String {
 }
 
 /// Writes the estimate, and measured beside computed values.
-fn write(folder: &RunFolder, found: &Found) -> Result<(), Failure> {
+fn write(folder: &RunFolder, found: &IdentifiedModel) -> Result<(), Failure> {
     let json = format!("{:#}\n", serde_json::to_value(&found.estimate).unwrap_or_default());
     folder.write(ESTIMATE, &json)?;
     folder.write(ROWS, &found.csv())?;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::ModelText;
 use holonom::run::prepare;
 use holonom::{Model, ModelError, Override};
@@ -13,14 +13,14 @@ use crate::failure::Failure;
 use crate::{memory, stdout};
 
 /// A model file, as far as it could be read, once: standard input cannot be read again.
-pub(crate) struct Input<'a> {
+pub(crate) struct ModelInput<'a> {
     arguments: &'a ModelArguments,
     overrides: Vec<Override>,
     json: bool,
     text: ModelText,
 }
 
-impl<'a> Input<'a> {
+impl<'a> ModelInput<'a> {
     pub(crate) fn new(arguments: &'a ModelArguments, overrides: Vec<Override>, json: bool) -> Self {
         let text = ModelText::read(&arguments.model);
         Self { arguments, overrides, json, text }
@@ -54,7 +54,7 @@ impl<'a> Input<'a> {
     }
 
     /// The same, and assembles it.
-    pub(crate) fn assemble(&self) -> Result<(Model, Box<dyn Experiment>), Failure> {
+    pub(crate) fn assemble(&self) -> Result<(Model, Box<dyn RunnableModel>), Failure> {
         self.assemble_as(prepare)
     }
 

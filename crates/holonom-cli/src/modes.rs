@@ -13,7 +13,7 @@ use holonom::{Model, RunFolder};
 
 use crate::arguments::{ModesArguments, Speeds};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::{stderr, stdout};
 
@@ -25,7 +25,7 @@ const BUCKLING_FILES: [&str; 3] = ["buckling.json", "buckling.csv", "buckling.ht
 const PICTURES: usize = 20;
 
 pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
-    let input = Input::new(&arguments.model, arguments.model.set.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, arguments.model.set.clone(), arguments.json);
     if let Some(Speeds(speeds)) = &arguments.speeds {
         let analyse = |model: &Model| Campbell::new(model, speeds, arguments.number);
         let (model, diagram) = analysed(&input, analyse)?;
@@ -50,7 +50,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
             Ok(page) => page,
             Err(error) => return Err(input.refused(error)?),
         };
-        write(&RunFolder::open(folder), files, (&analysis, &report), &page)?;
+        write(&RunFolder::open(folder), files, &analysis, &report, &page)?;
     }
     if arguments.json {
         return stdout::json(&serde_json::to_value(&report).unwrap_or_default());
@@ -60,7 +60,7 @@ pub(crate) fn modes(arguments: &ModesArguments) -> Result<(), Failure> {
 
 /// What an analysis of the model finds; errors of the model with their lines.
 fn analysed<T>(
-    input: &Input,
+    input: &ModelInput,
     analyse: impl Fn(&Model) -> Result<T, ModesError>,
 ) -> Result<(Model, T), Failure> {
     let mut failed = None;
@@ -161,7 +161,8 @@ pub(crate) fn speeds(diagram: &Campbell) -> String {
 fn write(
     folder: &RunFolder,
     files: [&str; 3],
-    (analysis, report): (&ModalAnalysis, &Report),
+    analysis: &ModalAnalysis,
+    report: &Report,
     page: &str,
 ) -> Result<(), Failure> {
     let json = format!("{:#}\n", serde_json::to_value(report).unwrap_or_default());

@@ -7,19 +7,20 @@ use std::rc::Rc;
 
 use holonom::model::read_regular_text;
 use holonom::optimize::{
-    Found, OptimizeFailure, OptimumReport, Progress, Search, Status, Watch, optimize_by_own_method,
+    FoundOptimum, KeptSearch, OptimizeFailure, OptimumReport, SearchProgress, SearchStatus,
+    SearchWatch, optimize_by_own_method,
 };
 use holonom::report::{optimum_counts, optimum_facts, optimum_page, rounded, scene_of_run};
-use holonom::run::{Control, prepare, run_with};
+use holonom::run::{RunControl, prepare, run_with};
 use holonom::{Model, RunFolder};
 
 use crate::arguments::{ModelArguments, OptimizeArguments, Talk};
 use crate::failure::Failure;
 use crate::gradient::warn_of_tolerance;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::run::keep_the_model;
-use crate::signals::Signals;
+use crate::signals::ReceivedSignals;
 use crate::{progress, stderr, stdout};
 
 const NUMBERS: &str = "optimum.json";
@@ -34,12 +35,12 @@ const LARGEST: u64 = 1 << 30;
 const OF_RUN: [&str; 3] = ["model.toml", "summary.json", "trajectory.csv"];
 
 /// A search: of which model, where its results go, where it begins.
-struct Asked<'a> {
-    input: Input<'a>,
+struct AskedSearch<'a> {
+    input: ModelInput<'a>,
     place: PathBuf,
     force: bool,
     /// A search that it continues, with its iterations.
-    earlier: Option<(Search, String)>,
+    earlier: Option<(KeptSearch, String)>,
     talk: &'a Talk,
 }
 
@@ -51,14 +52,14 @@ pub(crate) fn optimize(arguments: &OptimizeArguments) -> Result<(), Failure> {
     RunFolder::vacant(&place, &FILES, arguments.force)?;
     RunFolder::vacant(&place, &OF_RUN, arguments.force)?;
     let talk = &arguments.talk;
-    let input = Input::new(&arguments.model, arguments.model.set.clone(), talk.json);
-    search(Asked { input, place, force: arguments.force, earlier: None, talk })
+    let input = ModelInput::new(&arguments.model, arguments.model.set.clone(), talk.json);
+    search(AskedSearch { input, place, force: arguments.force, earlier: None, talk })
 }
 
 /// Of the folder of a search whether it has found its optimum; `None` of another folder.
 pub(crate) fn is_found(folder: &Path) -> Option<bool> {
     let status = json(&folder.join(NUMBERS))?.get("status")?.clone();
-    Some(serde_json::from_value(status).is_ok_and(Status::is_found))
+    Some(serde_json::from_value(status).is_ok_and(SearchStatus::is_found))
 }
 
 fn json(file: &Path) -> Option<serde_json::Value> {
@@ -68,8 +69,8 @@ fn json(file: &Path) -> Option<serde_json::Value> {
 /// Goes on with a search, in its folder.
 pub(crate) fn resume(place: &Path, talk: &Talk) -> Result<(), Failure> {
     let shown = place.display();
-    let earlier =
-        json(&place.join(SEARCH)).and_then(|found| serde_json::from_value::<Search>(found).ok());
+    let earlier = json(&place.join(SEARCH))
+        .and_then(|found| serde_json::from_value::<KeptSearch>(found).ok());
     let Some(earlier) = earlier else {
         return Err(Failure::Usage {
             message: format!("{shown} has no {SEARCH} that says where its search ended"),
@@ -82,18 +83,18 @@ pub(crate) fn resume(place: &Path, talk: &Talk) -> Result<(), Failure> {
     if !talk.quiet {
         stderr::line(&format!("{shown}: the search goes on from where it ended"));
     }
-    let input = Input::of(&model, earlier.overrides(), talk.json, text);
+    let input = ModelInput::of(&model, earlier.overrides(), talk.json, text);
     let earlier = Some((earlier, rows));
-    search(Asked { input, place: place.to_owned(), force: true, earlier, talk })
+    search(AskedSearch { input, place: place.to_owned(), force: true, earlier, talk })
 }
 
-fn search(asked: Asked) -> Result<(), Failure> {
-    let signals = Rc::new(Signals::watch());
+fn search(asked: AskedSearch) -> Result<(), Failure> {
+    let signals = Rc::new(ReceivedSignals::watch());
     let talk = asked.talk;
     let visible = !talk.no_progress && !talk.quiet;
     let bar = progress::bar(visible, "{spinner} iteration {pos}, {msg}");
     let (shown, heard) = (bar.clone(), signals.clone());
-    let watch: Watch = Rc::new(RefCell::new(move |at: &Progress| {
+    let watch: SearchWatch = Rc::new(RefCell::new(move |at: &SearchProgress| {
         shown.set_position(at.iteration as u64);
         shown.set_message(format!(
             "cost {}, violation {:.1e}",
@@ -119,7 +120,7 @@ fn search(asked: Asked) -> Result<(), Failure> {
     if !talk.quiet {
         warn_of_tolerance(&model);
     }
-    let (folder, files) = written((&model, &found), &asked)?;
+    let (folder, files) = written(&model, &found, &asked)?;
     if talk.json {
         stdout::json(&serde_json::to_value(&found.report).unwrap_or_default())?;
     } else if !talk.quiet {
@@ -135,16 +136,18 @@ fn search(asked: Asked) -> Result<(), Failure> {
 fn ended(found: &OptimumReport, signal: Option<u8>, folder: PathBuf) -> Result<(), Failure> {
     let missed = found.missed.join("; ");
     match found.status {
-        Status::Optimal => Ok(()),
-        Status::TurnsBounded => {
+        SearchStatus::Optimal => Ok(()),
+        SearchStatus::TurnsBounded => {
             stderr::line(&format!("warning: {missed}"));
             Ok(())
         }
-        Status::Stopped => Err(Failure::SearchInterrupted { signal: signal.unwrap_or(2), folder }),
+        SearchStatus::Stopped => {
+            Err(Failure::SearchInterrupted { signal: signal.unwrap_or(2), folder })
+        }
         status => {
             let missed = if missed.is_empty() { String::new() } else { format!(" ({missed})") };
             let message = format!("no optimum: {}{missed}", status.words());
-            let unfinished = (status == Status::Unfinished).then_some(folder);
+            let unfinished = (status == SearchStatus::Unfinished).then_some(folder);
             Err(Failure::NoOptimum { message, unfinished })
         }
     }
@@ -152,8 +155,9 @@ fn ended(found: &OptimumReport, signal: Option<u8>, folder: PathBuf) -> Result<(
 
 /// Runs the model of an optimum, and writes all files.
 fn written(
-    (model, found): (&Model, &Found),
-    asked: &Asked,
+    model: &Model,
+    found: &FoundOptimum,
+    asked: &AskedSearch,
 ) -> Result<(RunFolder, String), Failure> {
     let (place, force) = (&asked.place, asked.force);
     drop(RunFolder::create_for(place, &FILES, force)?);
@@ -163,7 +167,7 @@ fn written(
     let input = &asked.input;
     let of = (input.text(), input.overrides());
     if !found.report.status.is_found()
-        && let Ok(own) = Search::new(input.path(), of, found.kept.clone())
+        && let Ok(own) = KeptSearch::new(input.path(), of, found.kept.clone())
     {
         let text = serde_json::to_string(&own).unwrap_or_default();
         folder.write(search, &(text + "\n"))?;
@@ -186,7 +190,7 @@ fn written(
         let remedy = "the model of the optimum is not valid: tell its developers";
         Failure::before_a_step(error.to_string(), remedy)
     })?;
-    let control = Control {
+    let control = RunControl {
         progress: &mut |_, _| {},
         notice: &mut |_| {},
         interrupted: &mut || false,

@@ -9,7 +9,7 @@ use holonom::{Model, RunFolder};
 
 use crate::arguments::ResponseArguments;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::{stderr, stdout};
 
@@ -39,7 +39,7 @@ pub(crate) fn response(arguments: &ResponseArguments) -> Result<(), Failure> {
     };
     let overrides = arguments.model.set.clone();
     let (model, found) =
-        Input::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
+        ModelInput::new(&arguments.model, overrides, arguments.json).assemble_as(make)?;
     let response = match (found, failed) {
         (Some(found), _) => found,
         (None, error) => return Err(failure(error)),

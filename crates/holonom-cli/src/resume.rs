@@ -7,7 +7,7 @@ use holonom::run::resume as continue_run;
 
 use crate::arguments::{ModelArguments, ResumeArguments};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::run::{conduct, warn_of_assembly};
 use crate::{optimize, stderr};
 
@@ -45,7 +45,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
         stderr::line(&format!("warning: {refused}; continuing from the checkpoint before"));
     }
     let model = ModelArguments { model, set: Vec::new() };
-    let (model, mut simulation) = Input::new(&model, Vec::new(), talk.json).assemble()?;
+    let (model, mut simulation) = ModelInput::new(&model, Vec::new(), talk.json).assemble()?;
     warn_of_assembly(&*simulation, talk);
     if !talk.quiet {
         let (step, of) = (checkpoint.run.step(), model.settings.steps());

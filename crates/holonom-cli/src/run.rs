@@ -3,20 +3,20 @@
 use std::path::Path;
 
 use holonom::RunFolder;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::output::{CHECKPOINTS, OutputError, OutputSize, Status};
-use holonom::run::{ContinueError, Control, Finished, run_with};
+use holonom::run::{ContinueError, Finished, RunControl, run_with};
 
 use crate::arguments::{RunArguments, Talk};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
-use crate::signals::Signals;
+use crate::signals::ReceivedSignals;
 use crate::{human, progress, stderr, stdout};
 
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let talk = &arguments.talk;
-    let input = Input::new(&arguments.model, arguments.overrides(), talk.json);
+    let input = ModelInput::new(&arguments.model, arguments.overrides(), talk.json);
     let (model, mut simulation) = input.assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "out"));
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     })
 }
 
-pub(crate) fn warn_of_assembly(simulation: &dyn Experiment, talk: &Talk) {
+pub(crate) fn warn_of_assembly(simulation: &dyn RunnableModel, talk: &Talk) {
     let warnings = simulation.assembly().warnings.iter();
     warnings
         .filter(|_| !talk.quiet)
@@ -49,13 +49,13 @@ pub(crate) fn warn_of_assembly(simulation: &dyn Experiment, talk: &Talk) {
 
 /// Lets `go` run or continue a simulation, and reports.
 pub(crate) fn conduct(
-    simulation: &mut dyn Experiment,
+    simulation: &mut dyn RunnableModel,
     folder: &Path,
     checkpoint_every: Option<u64>,
     talk: &Talk,
-    go: impl FnOnce(&mut dyn Experiment, Control<'_>) -> Result<Finished, ContinueError>,
+    go: impl FnOnce(&mut dyn RunnableModel, RunControl<'_>) -> Result<Finished, ContinueError>,
 ) -> Result<(), Failure> {
-    let signals = Signals::watch();
+    let signals = ReceivedSignals::watch();
     let template = "{bar:32} {percent:>3} %  step {human_pos} of {human_len}, {eta} left";
     let bar = progress::bar(!talk.no_progress && !talk.quiet, template);
     let known = simulation.assembly().warnings.len();
@@ -74,7 +74,7 @@ pub(crate) fn conduct(
         told.push(warning.to_owned());
     };
     let mut interrupted = || signals.caught().is_some();
-    let control = Control {
+    let control = RunControl {
         progress: &mut progress,
         notice: &mut notice,
         interrupted: &mut interrupted,

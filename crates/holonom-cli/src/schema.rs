@@ -1,7 +1,7 @@
 //! `holonom schema`: the keys of the model file.
 
 use holonom::model::nearest;
-use holonom::model::reference::Section;
+use holonom::model::reference::ReferenceSection;
 
 use crate::arguments::SchemaArguments;
 use crate::failure::Failure;
@@ -11,28 +11,33 @@ pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), Failure> {
     let Some(name) = &arguments.section else {
         return stdout::json(&holonom::Model::schema());
     };
-    match Section::of(name) {
+    match ReferenceSection::of(name) {
         Some(section) => stdout::bytes(section.text().as_bytes()),
         None => Err(unknown(name)),
     }
 }
 
 fn unknown(name: &str) -> Failure {
-    let inside = Section::names().filter_map(Section::of).find(|section| has_table(section, name));
-    let help = match (inside, nearest(name, Section::names())) {
+    let inside = ReferenceSection::names()
+        .filter_map(ReferenceSection::of)
+        .find(|section| has_table(section, name));
+    let help = match (inside, nearest(name, ReferenceSection::names())) {
         (Some(section), _) => {
             format!("it is a part of {}: `holonom schema {}`", section.heading(), section.name)
         }
         (None, Some(best)) => format!("did you mean `{best}`?"),
         (None, None) => {
-            format!("the sections are: {}", Section::names().collect::<Vec<_>>().join(", "))
+            format!(
+                "the sections are: {}",
+                ReferenceSection::names().collect::<Vec<_>>().join(", ")
+            )
         }
     };
     Failure::Usage { message: format!("model files have no section `{name}`"), help }
 }
 
 /// Whether a key of the section is a table of its own.
-fn has_table(section: &Section, key: &str) -> bool {
+fn has_table(section: &ReferenceSection, key: &str) -> bool {
     let mut keys = section.tables.iter().flat_map(|table| &table.of);
     keys.any(|path| path.rsplit('.').next() == Some(key))
 }

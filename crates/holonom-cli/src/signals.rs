@@ -9,12 +9,12 @@ use signal_hook::flag;
 use crate::captured::{self, Patience};
 
 /// What was received since the program began to watch.
-pub(crate) struct Signals {
+pub(crate) struct ReceivedSignals {
     caught: Arc<AtomicUsize>,
     patience: Option<Patience>,
 }
 
-impl Signals {
+impl ReceivedSignals {
     /// From now on SIGINT and SIGTERM are remembered; a second SIGINT ends the program at once. A
     /// file that exceeds the limit of its size is an error of the file, not the end of the program.
     ///

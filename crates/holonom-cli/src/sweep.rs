@@ -6,15 +6,15 @@ use std::path::Path;
 use holonom::RunFolder;
 use holonom::model::{Meshes, ModelText};
 use holonom::sweep::{
-    Collected, Plan, PlanError, Progress, Sampling, SweepError, begin, collect as collected,
-    run_point, table,
+    Collected, Plan, PlanError, PointSampling, SweepError, SweepProgress, begin,
+    collect as collected, run_point, table,
 };
 
 use crate::arguments::{CollectArguments, SweepArguments};
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::run::keep_the_model;
-use crate::signals::Signals;
+use crate::signals::ReceivedSignals;
 use crate::{progress, stderr, stdout};
 
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
@@ -30,7 +30,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let meshes = check(arguments, &plan)?;
     let text = match ModelText::read(path).text() {
         Ok(text) => text.to_owned(),
-        Err(error) => return Err(Input::new(&arguments.model, vec![], false).refused(error)?),
+        Err(error) => return Err(ModelInput::new(&arguments.model, vec![], false).refused(error)?),
     };
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "sweep"));
     keep_the_model(path, &folder.join("model.toml"))?;
@@ -38,10 +38,10 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let sweep = begin((&text, &meshes), set, plan, &folder, how)?;
     let jobs = arguments.jobs.or_else(|| std::thread::available_parallelism().ok());
     let sweep = sweep.jobs(jobs.unwrap_or(NonZero::<usize>::MIN));
-    let signals = Signals::watch();
+    let signals = ReceivedSignals::watch();
     let template = "{bar:32} {human_pos} of {human_len} points, {per_sec}, {eta} left, {msg}";
     let bar = progress::bar(!arguments.no_progress && !arguments.quiet, template);
-    let mut progress = |state: Progress| {
+    let mut progress = |state: SweepProgress| {
         bar.set_length((state.points - state.before) as u64);
         bar.set_position(state.ended as u64);
         bar.set_message(format!("{} failed", state.failed));
@@ -93,8 +93,8 @@ fn plan(arguments: &SweepArguments) -> Result<Plan, Failure> {
     let variations = arguments.vary.clone();
     let usage = |PlanError { message, help }| Failure::Usage { message, help };
     match (arguments.sample, arguments.points) {
-        (Sampling::Grid, None) => Plan::grid(variations).map_err(usage),
-        (Sampling::Grid, Some(_)) => Err(Failure::Usage {
+        (PointSampling::Grid, None) => Plan::grid(variations).map_err(usage),
+        (PointSampling::Grid, Some(_)) => Err(Failure::Usage {
             message: "-n is the number of samples, and a grid has none".into(),
             help: "write --sample random, latin or sobol, or leave -n out".into(),
         }),
@@ -114,7 +114,7 @@ fn check(arguments: &SweepArguments, plan: &Plan) -> Result<Meshes, Failure> {
     let values = plan.values();
     let read = |values: &Vec<String>| {
         let overrides = arguments.model.set.iter().cloned().chain(plan.overrides(values)).collect();
-        Input::new(&arguments.model, overrides, false).read()
+        ModelInput::new(&arguments.model, overrides, false).read()
     };
     let mut refused = None;
     for place in [0, values.len() / 2, values.len() - 1] {

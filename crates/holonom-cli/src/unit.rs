@@ -5,19 +5,19 @@ use std::io;
 use std::path::Path;
 
 pub use crate::unit_library::{add_libraries, help_on_libraries};
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::export::configuration;
 use holonom::model::{Model, ModelError, ModelText};
 use holonom::output::OutputError;
-use holonom::{Input as Held, Outside, Override, Simulation};
+use holonom::{ExternalActions, Input as Held, Override, Simulation};
 use holonom_fmu::{Causality, Resources, Unit, Variable};
-pub use holonom_fmu::{Request, Version};
+pub use holonom_fmu::{UnitRequest, Version};
 use serde_json::json;
 
 use crate::arguments::UnitArguments;
 use crate::check::page;
 use crate::failure::Failure;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::picture::{self, PictureFormat};
 use crate::{stderr, stdout};
 
@@ -57,14 +57,14 @@ impl From<io::Error> for UnitError {
 /// [`UnitError`].
 pub fn unit(
     (text, overrides, model): (&ModelText, &[Override], &Model),
-    experiment: &dyn Experiment,
+    experiment: &dyn RunnableModel,
     version: Version,
-    request: Request,
+    request: UnitRequest,
 ) -> Result<Unit, UnitError> {
     let resources = Resources::new(text, overrides.to_vec(), model, request)?;
     let (_, interface) = resources.interface()?;
     let inputs: Vec<Held> = interface.places.iter().cloned().map(Held::new).collect();
-    Simulation::with_outside(model, &Outside::of_inputs(&inputs))?;
+    Simulation::with_outside(model, &ExternalActions::of_inputs(&inputs))?;
     let (page, drawing) = (page(model, experiment)?, configuration(model)?);
     let mut unit = Unit::new(version, model, interface, &resources)?;
     unit.add_file("documentation/index.html", page.into_bytes());
@@ -91,10 +91,10 @@ pub(crate) fn export(arguments: &UnitArguments) -> Result<(), Failure> {
     });
     Failure::unless_vacant(&to, arguments.force)?;
     let overrides = &arguments.model.set;
-    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, overrides.clone(), arguments.json);
     let (model, run) = input.assemble()?;
     let request =
-        Request { inputs: arguments.input.clone(), parameters: arguments.parameter.clone() };
+        UnitRequest { inputs: arguments.input.clone(), parameters: arguments.parameter.clone() };
     let written = |source: io::Error| Failure::Output(OutputError::Io { path: to.clone(), source });
     let made = unit((input.text(), overrides, &model), run.as_ref(), arguments.fmi, request);
     let mut unit = match made {

@@ -9,13 +9,13 @@ use holonom::verification::table::{Cell, CertificateTable, remarks, tables};
 use crate::arguments::VerifyArguments;
 use crate::failure::Failure;
 use crate::human::paragraph;
-use crate::input::Input;
+use crate::input::ModelInput;
 use crate::reproduce::command;
 use crate::{stderr, stdout};
 
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let overrides = arguments.model.set.clone();
-    let input = Input::new(&arguments.model, overrides.clone(), arguments.json);
+    let input = ModelInput::new(&arguments.model, overrides.clone(), arguments.json);
     let (model, _) = input.assemble()?;
     let path = &arguments.model.model;
     let folder = arguments.output.clone().unwrap_or_else(|| RunFolder::default_for(path, "verify"));

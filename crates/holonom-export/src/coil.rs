@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::mesh::Mesh;
+use crate::mesh::SurfaceMesh;
 
 /// Revolutions of the helix.
 const TURNS: usize = 10;
@@ -14,7 +14,7 @@ const STRAIGHT: f64 = 0.1;
 
 /// A spring along the third axis about the origin; `radius` of the helix, `length` and radius of
 /// the `wire`, m.
-pub(crate) fn coil(radius: f64, length: f64, wire: f64) -> Mesh {
+pub(crate) fn coil(radius: f64, length: f64, wire: f64) -> SurfaceMesh {
     let last = (TURNS + 2) * SECTIONS;
     let angle = |k: usize| {
         let wound = (k as f64 / last as f64 - STRAIGHT) / (1.0 - 2.0 * STRAIGHT);
@@ -26,7 +26,7 @@ pub(crate) fn coil(radius: f64, length: f64, wire: f64) -> Mesh {
         let widening = turn.min(TURNS as f64 - turn).clamp(0.0, 1.0);
         outwards(k) * (radius * widening) + Vector3::z() * ((k as f64 / last as f64 - 0.5) * length)
     };
-    let mut mesh = Mesh::default();
+    let mut mesh = SurfaceMesh::default();
     for k in 0..=last {
         let tangent = line((k + 1).min(last)) - line(k.saturating_sub(1));
         let tangent = tangent.try_normalize(0.0).unwrap_or_else(Vector3::z);

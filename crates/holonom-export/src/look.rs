@@ -10,7 +10,7 @@ use holonom_sim::output::Frames;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use vi_multibody::pair::symbol::{SymbolPart, SymbolSolid};
 
-use crate::mesh::{Mesh, along, stick};
+use crate::mesh::{SurfaceMesh, along, stick};
 use crate::tube::MemberPose;
 
 /// Red, green, blue (sRGB).
@@ -33,7 +33,7 @@ pub(crate) struct RigidSurface {
     /// In `[0, 1]`.
     pub(crate) opacity: f64,
     /// Along the directors from the centre.
-    pub(crate) mesh: Mesh,
+    pub(crate) mesh: SurfaceMesh,
     /// Where the points of its parts end; the mesh is one part where there are none.
     pub(crate) ends: Vec<usize>,
 }
@@ -120,10 +120,10 @@ impl Look {
         for (solid, (shown, stated)) in solids.iter_mut().zip(bodies.iter().zip(&model.bodies)) {
             let surfaces = model.surfaces(stated);
             if !surfaces.is_empty() || !shown.visible {
-                solid.mesh = Mesh::default();
+                solid.mesh = SurfaceMesh::default();
             }
             for surface in surfaces.into_iter().filter(|_| shown.visible) {
-                solid.mesh.append(Mesh::of_surface(&surface).turned(&axes(shown)));
+                solid.mesh.append(SurfaceMesh::of_surface(&surface).turned(&axes(shown)));
                 solid.ends.push(solid.mesh.points.len());
             }
         }
@@ -194,9 +194,9 @@ fn color(k: usize) -> Rgb {
     PALETTE[k % PALETTE.len()]
 }
 
-fn ball(radius: f64) -> Mesh {
+fn ball(radius: f64) -> SurfaceMesh {
     let axes = Matrix3::identity() * radius;
-    Mesh::sphere().placed(&axes, &Vector3::zeros()).unwrap_or_default()
+    SurfaceMesh::sphere().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
 /// The axes of a body along its directors.
@@ -216,17 +216,19 @@ fn solid(body: &SceneBody, color: Rgb, symbol: f64) -> RigidSurface {
     let none = Vector3::zeros();
     let (a, b, c) = (at(0), at(1), at(2));
     let shape = match body.shape {
-        Some(ShapeKind::Box) => Mesh::cuboid().placed(&scaled(a, b, c), &none),
-        Some(ShapeKind::Cylinder) => Mesh::cylinder().placed(&scaled(a, a, b), &none),
-        Some(ShapeKind::Rod) => Mesh::cylinder().placed(&scaled(b, b, a), &none),
-        Some(ShapeKind::Sphere) => Mesh::sphere().placed(&scaled(a, a, a), &none),
+        Some(ShapeKind::Box) => SurfaceMesh::cuboid().placed(&scaled(a, b, c), &none),
+        Some(ShapeKind::Cylinder) => SurfaceMesh::cylinder().placed(&scaled(a, a, b), &none),
+        Some(ShapeKind::Rod) => SurfaceMesh::cylinder().placed(&scaled(b, b, a), &none),
+        Some(ShapeKind::Sphere) => SurfaceMesh::sphere().placed(&scaled(a, a, a), &none),
         Some(ShapeKind::Cone) => {
             let base = own * Vector3::new(0.0, 0.0, 0.25 * b);
-            Mesh::cone().placed(&scaled(a, a, b), &base)
+            SurfaceMesh::cone().placed(&scaled(a, a, b), &base)
         }
         Some(ShapeKind::Mesh | ShapeKind::Capsule | ShapeKind::Ellipsoid) => None,
         None if body.link => None,
-        None => Mesh::sphere().placed(&Matrix3::from_diagonal(&Vector3::new(a, b, c)), &none),
+        None => {
+            SurfaceMesh::sphere().placed(&Matrix3::from_diagonal(&Vector3::new(a, b, c)), &none)
+        }
     };
     let mut mesh = shape.unwrap_or_else(|| ball(1.6 * symbol));
     let thickness = if body.link { 0.8 } else { 0.35 } * symbol;
@@ -241,10 +243,10 @@ fn solid(body: &SceneBody, color: Rgb, symbol: f64) -> RigidSurface {
 }
 
 /// What marks a point of the ground.
-pub(crate) fn foot(up: &[f64; 3], s: f64) -> Mesh {
+pub(crate) fn foot(up: &[f64; 3], s: f64) -> SurfaceMesh {
     let axes = along(&Vector3::from(*up)).unwrap_or_else(Matrix3::identity);
     let axes = axes * Matrix3::from_diagonal(&Vector3::new(3.0 * s, 3.0 * s, 0.9 * s));
-    Mesh::cuboid().placed(&axes, &Vector3::zeros()).unwrap_or_default()
+    SurfaceMesh::cuboid().placed(&axes, &Vector3::zeros()).unwrap_or_default()
 }
 
 /// Whether what an event released at a time, s, is still there; `None`: nothing did.
@@ -254,18 +256,22 @@ pub(crate) fn holds(until: Option<f64>, t: f64) -> bool {
 
 /// The symbol of a joint in the axes of space about its point, with the directions of its axes in
 /// space.
-pub(crate) fn symbol(parts: &[SymbolPart], [axis, axis2]: [Vector3<f64>; 2], s: f64) -> Mesh {
-    let part = |mesh: Mesh, axis: &Vector3<f64>, size: [f64; 3]| {
+pub(crate) fn symbol(
+    parts: &[SymbolPart],
+    [axis, axis2]: [Vector3<f64>; 2],
+    s: f64,
+) -> SurfaceMesh {
+    let part = |mesh: SurfaceMesh, axis: &Vector3<f64>, size: [f64; 3]| {
         let axes = along(axis).unwrap_or_else(Matrix3::identity);
         let axes = axes * Matrix3::from_diagonal(&(Vector3::from(size) * s));
         mesh.placed(&axes, &Vector3::zeros()).unwrap_or_default()
     };
-    let mut whole = Mesh::default();
+    let mut whole = SurfaceMesh::default();
     for of in parts {
         let mesh = match of.solid {
-            SymbolSolid::Cylinder => Mesh::cylinder(),
-            SymbolSolid::Box => Mesh::cuboid(),
-            SymbolSolid::Sphere => Mesh::sphere(),
+            SymbolSolid::Cylinder => SurfaceMesh::cylinder(),
+            SymbolSolid::Box => SurfaceMesh::cuboid(),
+            SymbolSolid::Sphere => SurfaceMesh::sphere(),
         };
         let axis = if of.second { &axis2 } else { &axis };
         whole.append(part(mesh, axis, [of.across, of.across, of.along]));

@@ -18,7 +18,7 @@ const CROWDED: usize = 64;
 
 /// A surface; closed but for those of meshes.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Mesh {
+pub(crate) struct SurfaceMesh {
     /// Corners, m.
     pub(crate) points: Vec<[f64; 3]>,
     /// Unit vectors outwards at the corners.
@@ -39,7 +39,7 @@ fn corner(radius: f64, height: f64, normal: [f64; 2]) -> Corner {
     Corner { radius, height, normal }
 }
 
-impl Mesh {
+impl SurfaceMesh {
     /// Edges of length 1 about the origin.
     pub(crate) fn cuboid() -> Self {
         let mut mesh = Self::default();
@@ -192,10 +192,10 @@ pub(crate) fn along(direction: &Vector3<f64>) -> Option<Matrix3<f64>> {
 }
 
 /// A cylinder from one point to another; `None` where they are one.
-pub(crate) fn stick(from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Option<Mesh> {
+pub(crate) fn stick(from: &Vector3<f64>, to: &Vector3<f64>, radius: f64) -> Option<SurfaceMesh> {
     let size = Vector3::new(radius, radius, (to - from).norm());
     let axes = along(&(to - from))? * Matrix3::from_diagonal(&size);
-    Mesh::cylinder().placed(&axes, &(0.5 * (from + to)))
+    SurfaceMesh::cylinder().placed(&axes, &(0.5 * (from + to)))
 }
 
 #[cfg(test)]
@@ -204,14 +204,14 @@ pub(crate) mod tests {
 
     /// `⅙ Σ a · (b × c)` over the triangles: the volume inside a closed surface that faces
     /// outwards, m³.
-    pub(crate) fn volume(mesh: &Mesh) -> f64 {
+    pub(crate) fn volume(mesh: &SurfaceMesh) -> f64 {
         let corner = |k: u32| Vector3::from(mesh.points[k as usize]);
         let part = |t: &[u32; 3]| corner(t[0]).dot(&corner(t[1]).cross(&corner(t[2])));
         mesh.triangles.iter().map(part).sum::<f64>() / 6.0
     }
 
     /// Every triangle has an area, and its normal is that of its corners but for a curved surface.
-    pub(crate) fn faces_outwards(mesh: &Mesh) {
+    pub(crate) fn faces_outwards(mesh: &SurfaceMesh) {
         for t in &mesh.triangles {
             let [a, b, c] = t.map(|k| Vector3::from(mesh.points[k as usize]));
             let normal = (b - a).cross(&(c - a));
@@ -229,10 +229,10 @@ pub(crate) mod tests {
         use std::f64::consts::{PI, TAU};
         let polygon = 0.5 * SIDES as f64 * (TAU / SIDES as f64).sin(); // area for radius 1
         for (mesh, expected, tolerance) in [
-            (Mesh::cuboid(), 1.0, 1e-14),
-            (Mesh::cylinder(), polygon, 1e-13),
-            (Mesh::cone(), polygon / 3.0, 1e-13),
-            (Mesh::sphere(), 4.0 / 3.0 * PI, 0.15),
+            (SurfaceMesh::cuboid(), 1.0, 1e-14),
+            (SurfaceMesh::cylinder(), polygon, 1e-13),
+            (SurfaceMesh::cone(), polygon / 3.0, 1e-13),
+            (SurfaceMesh::sphere(), 4.0 / 3.0 * PI, 0.15),
         ] {
             let found = volume(&mesh);
             assert!((found - expected).abs() < tolerance, "volume {found}, expected {expected}");
@@ -250,34 +250,34 @@ pub(crate) mod tests {
         let triangles = faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
         let block =
             BodySurface { corners: (0..8).map(corner).collect(), triangles: triangles.collect() };
-        let block = Mesh::of_surface(&block);
+        let block = SurfaceMesh::of_surface(&block);
         assert_eq!((block.points.len(), block.triangles.len()), (24, 12));
         assert!((volume(&block) - 8.0).abs() < 1e-14, "volume {}", volume(&block));
         faces_outwards(&block);
 
-        let ball = Mesh::sphere();
+        let ball = SurfaceMesh::sphere();
         let inner = |p: &&[f64; 3]| p[2].abs() < 0.9; // all points of a pole are one place
         let surface = BodySurface {
             corners: ball.points.iter().copied().map(Vector3::from).collect(),
             triangles: ball.triangles.clone(),
         };
-        let found = Mesh::of_surface(&surface);
+        let found = SurfaceMesh::of_surface(&surface);
         for (point, normal) in found.points.iter().zip(&found.normals).filter(|(p, _)| inner(p)) {
             let cos = Vector3::from(*point).dot(&Vector3::from(*normal));
             assert!(cos > 0.99, "{point:?}: {cos}");
         }
-        let count = |mesh: &Mesh| mesh.points.iter().filter(inner).count();
+        let count = |mesh: &SurfaceMesh| mesh.points.iter().filter(inner).count();
         assert_eq!(count(&found), count(&ball), "one point for each corner");
     }
 
     #[test]
     fn an_image_has_the_volume_of_the_map() {
         let axes = Matrix3::new(2.0, 0.0, 0.3, 0.1, 0.5, 0.0, 0.0, 0.0, 3.0);
-        let mesh = Mesh::cuboid().placed(&axes, &Vector3::new(1.0, 2.0, 3.0)).unwrap();
+        let mesh = SurfaceMesh::cuboid().placed(&axes, &Vector3::new(1.0, 2.0, 3.0)).unwrap();
         let (found, expected) = (volume(&mesh), axes.determinant());
         assert!((found - expected).abs() < 1e-12, "volume {found}, expected {expected}");
         faces_outwards(&mesh);
-        assert_eq!(Mesh::sphere().placed(&Matrix3::zeros(), &Vector3::zeros()), None);
+        assert_eq!(SurfaceMesh::sphere().placed(&Matrix3::zeros(), &Vector3::zeros()), None);
         assert_eq!(stick(&Vector3::x(), &Vector3::x(), 1.0), None);
         let rod = stick(&Vector3::x(), &Vector3::z(), 0.1).unwrap();
         let polygon = 0.5 * SIDES as f64 * (std::f64::consts::TAU / SIDES as f64).sin();

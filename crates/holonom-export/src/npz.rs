@@ -15,8 +15,8 @@
 use crate::npy::Archive;
 use crate::table::{ColumnTable, RunFiles};
 use holonom_sim::output::columns::{
-    ANGULAR_MOMENTUM, ARC_LENGTH, Column, DISCRETE_ENERGY, HAMILTONIAN, HEAD, LINEAR_MOMENTUM,
-    STEP, STRAINS, STRESSES, TAIL, TIME,
+    ANGULAR_MOMENTUM, ARC_LENGTH, DISCRETE_ENERGY, HAMILTONIAN, HEAD, LINEAR_MOMENTUM,
+    OutputColumn, STEP, STRAINS, STRESSES, TAIL, TIME,
 };
 use holonom_sim::output::{MemberColumns, members};
 use holonom_sim::sample::MemberKind;
@@ -53,7 +53,7 @@ fn motion(archive: &mut Archive, table: &ColumnTable) -> io::Result<()> {
         (0..rows).flat_map(row)
     };
     archive.reals("q", &[rows, n], columns(HEAD.len(), n))?;
-    for Column { name, .. } in [DISCRETE_ENERGY, HAMILTONIAN] {
+    for OutputColumn { name, .. } in [DISCRETE_ENERGY, HAMILTONIAN] {
         list(archive, name, table.column(name).unwrap_or_default())?;
     }
     for (name, [first, ..]) in [("L", ANGULAR_MOMENTUM), ("P", LINEAR_MOMENTUM)] {

@@ -9,12 +9,12 @@ const ROUNDING: f64 = 1e-9;
 
 /// Seconds of an animation for one of the motion; in statics for one equilibrium.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace {
+pub(crate) struct AnimationPace {
     factor: Option<f64>,
     is_static: bool,
 }
 
-impl Pace {
+impl AnimationPace {
     /// For these times, s; in statics the numbers of the frames.
     pub(crate) fn of(times: &[f64], is_static: bool) -> Self {
         Self { factor: if is_static { None } else { factor(times) }, is_static }

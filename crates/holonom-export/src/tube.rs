@@ -5,7 +5,7 @@
 //! section       along d_1 and d_2, turned evenly from node to node
 //! ```
 
-use crate::mesh::Mesh;
+use crate::mesh::SurfaceMesh;
 use holonom_report::scene::parts::SceneBeam;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -35,17 +35,17 @@ impl MemberPose {
 
 /// A section: between the node `node` and the next one, at the part `place` of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Section {
+pub(crate) struct TubeSection {
     pub(crate) node: usize,
     pub(crate) place: f64,
 }
 
 /// The sections of a line of nodes, the first and the last at its ends.
-pub(crate) fn sections(nodes: usize) -> Vec<Section> {
+pub(crate) fn sections(nodes: usize) -> Vec<TubeSection> {
     let last = nodes.saturating_sub(1) * SECTIONS;
     let section = |k: usize| match k {
-        _ if k > 0 && k == last => Section { node: k / SECTIONS - 1, place: 1.0 },
-        _ => Section { node: k / SECTIONS, place: (k % SECTIONS) as f64 / SECTIONS as f64 },
+        _ if k > 0 && k == last => TubeSection { node: k / SECTIONS - 1, place: 1.0 },
+        _ => TubeSection { node: k / SECTIONS, place: (k % SECTIONS) as f64 / SECTIONS as f64 },
     };
     (0..=last).map(section).collect()
 }
@@ -118,7 +118,7 @@ pub(crate) struct Tube {
     /// Unit vectors outwards at the corners.
     pub(crate) normals: Vec<[f64; 3]>,
     /// The section of each corner.
-    pub(crate) sections: Vec<Section>,
+    pub(crate) sections: Vec<TubeSection>,
     pub(crate) strips: Vec<Strip>,
 }
 
@@ -151,15 +151,15 @@ impl Tube {
     }
 
     /// The same as a surface of triangles.
-    pub(crate) fn mesh(&self) -> Mesh {
-        Mesh {
+    pub(crate) fn mesh(&self) -> SurfaceMesh {
+        SurfaceMesh {
             points: self.points.clone(),
             normals: self.normals.clone(),
             triangles: self.strips.iter().flat_map(Strip::triangles).collect(),
         }
     }
 
-    fn push(&mut self, section: Section, point: Vector3<f64>, normal: Vector3<f64>) {
+    fn push(&mut self, section: TubeSection, point: Vector3<f64>, normal: Vector3<f64>) {
         self.points.push(point.into());
         self.normals.push(normal.try_normalize(0.0).unwrap_or_else(Vector3::z).into());
         self.sections.push(section);
@@ -170,7 +170,7 @@ impl Tube {
         &mut self,
         outline: &SectionOutline,
         nodes: &[MemberPose],
-        section: &Section,
+        section: &TubeSection,
         sign: f64,
     ) {
         let (center, [d1, d2]) = place(nodes, section);
@@ -189,7 +189,7 @@ impl Tube {
 }
 
 /// The centre of a section and its first two axes.
-fn place(nodes: &[MemberPose], section: &Section) -> (Vector3<f64>, [Vector3<f64>; 2]) {
+fn place(nodes: &[MemberPose], section: &TubeSection) -> (Vector3<f64>, [Vector3<f64>; 2]) {
     let p = &nodes[section.node];
     let q = nodes.get(section.node + 1).unwrap_or(p);
     let s = section.place;

@@ -4,13 +4,13 @@
 //! As of [`crate::fmi3`].
 
 use crate::fmi3::{self, with};
-use crate::handle::{Answer, Handle, Log, Status, absent, refused};
+use crate::handle::{CallAnswer, Handle, Log, CallStatus, absent, refused};
 use crate::pointers::{kept, put, words};
 use holonom_fmu::{Instance, Phase};
 use std::ffi::{CString, c_char, c_int, c_void};
 
-type Component = *mut c_void;
-type State = *mut c_void;
+type Fmi2Component = *mut c_void;
+type Fmi2State = *mut c_void;
 type Logger = Option<
     unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...),
 >;
@@ -48,14 +48,14 @@ pub extern "C" fn fmi2GetVersion() -> *const c_char {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetDebugLogging(
-    c: Component,
+    c: Fmi2Component,
     loggingOn: c_int,
     _nCategories: usize,
     _categories: *const *const c_char,
 ) -> i32 {
     with(c, |handle| {
         handle.set_verbose(loggingOn != 0);
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn fmi2Instantiate(
     functions: *const CallbackFunctions,
     _visible: c_int,
     loggingOn: c_int,
-) -> Component {
+) -> Fmi2Component {
     // SAFETY: words and functions of the tool.
     let (name, guid, address, functions) = unsafe {
         (words(instanceName), words(fmuGUID), words(fmuResourceLocation), functions.as_ref())
@@ -91,14 +91,14 @@ pub unsafe extern "C" fn fmi2Instantiate(
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeInstance(c: Component) {
+pub unsafe extern "C" fn fmi2FreeInstance(c: Fmi2Component) {
     // SAFETY: an instance of this library, which the tool does not use any more.
     unsafe { fmi3::fmi3FreeInstance(c) }
 }
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2SetupExperiment(
-    c: Component,
+    c: Fmi2Component,
     _toleranceDefined: c_int,
     _tolerance: f64,
     startTime: f64,
@@ -110,33 +110,33 @@ pub extern "C" fn fmi2SetupExperiment(
             return Err(refused("set up experiment: the instance is initialized already"));
         }
         handle.start = startTime;
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2EnterInitializationMode(c: Component) -> i32 {
-    with(c, |handle| handle.instance.enter_initialization(handle.start).map(|()| Status::Ok))
+pub extern "C" fn fmi2EnterInitializationMode(c: Fmi2Component) -> i32 {
+    with(c, |handle| handle.instance.enter_initialization(handle.start).map(|()| CallStatus::Ok))
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2ExitInitializationMode(c: Component) -> i32 {
+pub extern "C" fn fmi2ExitInitializationMode(c: Fmi2Component) -> i32 {
     fmi3::fmi3ExitInitializationMode(c)
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2Terminate(c: Component) -> i32 {
+pub extern "C" fn fmi2Terminate(c: Fmi2Component) -> i32 {
     fmi3::fmi3Terminate(c)
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2Reset(c: Component) -> i32 {
+pub extern "C" fn fmi2Reset(c: Fmi2Component) -> i32 {
     fmi3::fmi3Reset(c)
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2GetReal(
-    c: Component,
+    c: Fmi2Component,
     vr: *const u32,
     nvr: usize,
     value: *mut f64,
@@ -147,7 +147,7 @@ pub unsafe extern "C" fn fmi2GetReal(
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SetReal(
-    c: Component,
+    c: Fmi2Component,
     vr: *const u32,
     nvr: usize,
     value: *const f64,
@@ -160,19 +160,19 @@ pub unsafe extern "C" fn fmi2SetReal(
 macro_rules! other_types {
     ($($get:ident $set:ident $type:ty;)*) => {$(
         #[unsafe(no_mangle)]
-        pub extern "C" fn $get(c: Component, _vr: *const u32, nvr: usize, _value: *mut $type) -> i32 {
+        pub extern "C" fn $get(c: Fmi2Component, _vr: *const u32, nvr: usize, _value: *mut $type) -> i32 {
             with(c, |_| none_of_type(stringify!($get), nvr))
         }
         #[unsafe(no_mangle)]
-        pub extern "C" fn $set(c: Component, _vr: *const u32, nvr: usize, _value: *const $type) -> i32 {
+        pub extern "C" fn $set(c: Fmi2Component, _vr: *const u32, nvr: usize, _value: *const $type) -> i32 {
             with(c, |_| none_of_type(stringify!($set), nvr))
         }
     )*};
 }
 
-fn none_of_type(function: &str, count: usize) -> Answer {
+fn none_of_type(function: &str, count: usize) -> CallAnswer {
     if count == 0 {
-        return Ok(Status::Ok);
+        return Ok(CallStatus::Ok);
     }
     Err(refused(format!("{function}: all variables of the unit are of the type Real")))
 }
@@ -184,27 +184,27 @@ other_types! {
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(c: Component, FMUstate: *mut State) -> i32 {
+pub unsafe extern "C" fn fmi2GetFMUstate(c: Fmi2Component, FMUstate: *mut Fmi2State) -> i32 {
     // SAFETY: as there.
     unsafe { fmi3::fmi3GetFMUState(c, FMUstate) }
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(c: Component, FMUstate: State) -> i32 {
+pub unsafe extern "C" fn fmi2SetFMUstate(c: Fmi2Component, FMUstate: Fmi2State) -> i32 {
     // SAFETY: as there.
     unsafe { fmi3::fmi3SetFMUState(c, FMUstate) }
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(c: Component, FMUstate: *mut State) -> i32 {
+pub unsafe extern "C" fn fmi2FreeFMUstate(c: Fmi2Component, FMUstate: *mut Fmi2State) -> i32 {
     // SAFETY: as there.
     unsafe { fmi3::fmi3FreeFMUState(c, FMUstate) }
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
-    c: Component,
-    FMUstate: State,
+    c: Fmi2Component,
+    FMUstate: Fmi2State,
     size: *mut usize,
 ) -> i32 {
     // SAFETY: as there.
@@ -213,8 +213,8 @@ pub unsafe extern "C" fn fmi2SerializedFMUstateSize(
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2SerializeFMUstate(
-    c: Component,
-    FMUstate: State,
+    c: Fmi2Component,
+    FMUstate: Fmi2State,
     serializedState: *mut u8,
     size: usize,
 ) -> i32 {
@@ -224,10 +224,10 @@ pub unsafe extern "C" fn fmi2SerializeFMUstate(
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    c: Component,
+    c: Fmi2Component,
     serializedState: *const u8,
     size: usize,
-    FMUstate: *mut State,
+    FMUstate: *mut Fmi2State,
 ) -> i32 {
     // SAFETY: as there.
     unsafe { fmi3::fmi3DeserializeFMUState(c, serializedState, size, FMUstate) }
@@ -235,7 +235,7 @@ pub unsafe extern "C" fn fmi2DeSerializeFMUstate(
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi2DoStep(
-    c: Component,
+    c: Fmi2Component,
     currentCommunicationPoint: f64,
     communicationStepSize: f64,
     _noSetFMUStatePriorToCurrentPoint: c_int,
@@ -245,36 +245,36 @@ pub extern "C" fn fmi2DoStep(
         handle.is_ended = found.as_ref().is_ok_and(|stepped| stepped.is_ended);
         let warning = found?.warning.map(|words| handle.warn(&words));
         if handle.is_ended {
-            return Ok(Status::Discard); // what FMI 2.0 says of a unit that ends the simulation
+            return Ok(CallStatus::Discard); // what FMI 2.0 says of a unit that ends the simulation
         }
-        Ok(warning.unwrap_or(Status::Ok))
+        Ok(warning.unwrap_or(CallStatus::Ok))
     })
 }
 
 #[unsafe(no_mangle)]
-pub extern "C" fn fmi2CancelStep(c: Component) -> i32 {
+pub extern "C" fn fmi2CancelStep(c: Fmi2Component) -> i32 {
     with(c, |_| absent("fmi2CancelStep"))
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealStatus(c: Component, s: c_int, value: *mut f64) -> i32 {
+pub unsafe extern "C" fn fmi2GetRealStatus(c: Fmi2Component, s: c_int, value: *mut f64) -> i32 {
     with(c, |handle| match s {
         LAST_SUCCESSFUL_TIME => {
             // SAFETY: the place of a result.
             unsafe { put(value, handle.instance.time()) }
-            Ok(Status::Ok)
+            Ok(CallStatus::Ok)
         }
         _ => absent("fmi2GetRealStatus"),
     })
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Component, s: c_int, value: *mut c_int) -> i32 {
+pub unsafe extern "C" fn fmi2GetBooleanStatus(c: Fmi2Component, s: c_int, value: *mut c_int) -> i32 {
     with(c, |handle| match s {
         TERMINATED => {
             // SAFETY: the place of a result.
             unsafe { put(value, c_int::from(handle.is_ended)) }
-            Ok(Status::Ok)
+            Ok(CallStatus::Ok)
         }
         _ => absent("fmi2GetBooleanStatus"),
     })
@@ -288,7 +288,7 @@ const TERMINATED: c_int = 3;
 macro_rules! absent_functions {
     ($($name:ident($($type:ty),*);)*) => {$(
         #[unsafe(no_mangle)]
-        pub extern "C" fn $name(c: Component $(, _: $type)*) -> i32 {
+        pub extern "C" fn $name(c: Fmi2Component $(, _: $type)*) -> i32 {
             with(c, |_| absent(stringify!($name)))
         }
     )*};

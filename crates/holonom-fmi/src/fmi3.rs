@@ -5,20 +5,20 @@
 //! zero, instances and states of this library that were not freed; one call at a time for an
 //! instance. Null is refused.
 
-use crate::handle::{Answer, Handle, Log, Status, absent, null, refused};
+use crate::handle::{CallAnswer, Handle, Log, CallStatus, absent, null, refused};
 use crate::pointers::{free, kept, list, list_mut, of, put, words};
 use holonom_fmu::{Instance, SavedState};
 use std::ffi::{CString, c_char, c_void};
 
 type InstanceId = *mut c_void;
-type State = *mut c_void;
+type Fmi3State = *mut c_void;
 type LogMessage = Option<unsafe extern "C" fn(*mut c_void, i32, *const c_char, *const c_char)>;
 
-pub(crate) fn with(instance: InstanceId, call: impl FnOnce(&mut Handle) -> Answer) -> i32 {
+pub(crate) fn with(instance: InstanceId, call: impl FnOnce(&mut Handle) -> CallAnswer) -> i32 {
     // SAFETY: the instance is one of this library.
     match unsafe { of::<Handle>(instance) } {
         Some(handle) => handle.call(call) as i32,
-        None => Status::Error as i32,
+        None => CallStatus::Error as i32,
     }
 }
 
@@ -51,7 +51,7 @@ pub extern "C" fn fmi3SetDebugLogging(
 ) -> i32 {
     with(instance, |handle| {
         handle.set_verbose(loggingOn);
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -138,7 +138,7 @@ pub extern "C" fn fmi3EnterInitializationMode(
 ) -> i32 {
     with(instance, |handle| {
         handle.instance.enter_initialization(startTime)?;
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -149,13 +149,13 @@ pub extern "C" fn fmi3ExitInitializationMode(instance: InstanceId) -> i32 {
         for words in &warnings {
             handle.warn(words);
         }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fmi3Terminate(instance: InstanceId) -> i32 {
-    with(instance, |handle| handle.instance.terminate().map(|()| Status::Ok))
+    with(instance, |handle| handle.instance.terminate().map(|()| CallStatus::Ok))
 }
 
 #[unsafe(no_mangle)]
@@ -163,7 +163,7 @@ pub extern "C" fn fmi3Reset(instance: InstanceId) -> i32 {
     with(instance, |handle| {
         handle.instance.reset();
         (handle.is_ended, handle.start) = (false, 0.0);
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -181,7 +181,7 @@ pub unsafe extern "C" fn fmi3GetFloat64(
             unsafe { (list(valueReferences, nValueReferences), list_mut(values, nValues)) };
         let (references, values) = references.zip(values).ok_or_else(null)?;
         same_count(references, values)?;
-        handle.instance.get(references, values).map(|()| Status::Ok)
+        handle.instance.get(references, values).map(|()| CallStatus::Ok)
     })
 }
 
@@ -199,11 +199,11 @@ pub unsafe extern "C" fn fmi3SetFloat64(
             unsafe { (list(valueReferences, nValueReferences), list(values, nValues)) };
         let (references, values) = references.zip(values).ok_or_else(null)?;
         same_count(references, values)?;
-        handle.instance.set(references, values).map(|()| Status::Ok)
+        handle.instance.set(references, values).map(|()| CallStatus::Ok)
     })
 }
 
-fn same_count(references: &[u32], values: &[f64]) -> Result<(), holonom_fmu::Refusal> {
+fn same_count(references: &[u32], values: &[f64]) -> Result<(), holonom_fmu::UnitRefusal> {
     let (n, m) = (references.len(), values.len());
     if n == m {
         return Ok(());
@@ -237,9 +237,9 @@ macro_rules! other_types {
     )*};
 }
 
-fn none_of_type(function: &str, count: usize) -> Answer {
+fn none_of_type(function: &str, count: usize) -> CallAnswer {
     if count == 0 {
-        return Ok(Status::Ok);
+        return Ok(CallStatus::Ok);
     }
     Err(refused(format!("{function}: all variables of the unit are of the type Float64")))
 }
@@ -306,7 +306,7 @@ absent_functions! {
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(instance: InstanceId, FMUState: *mut State) -> i32 {
+pub unsafe extern "C" fn fmi3GetFMUState(instance: InstanceId, FMUState: *mut Fmi3State) -> i32 {
     with(instance, |handle| {
         // SAFETY: the place of a state, null or of this library.
         let place = unsafe { FMUState.as_mut() }.ok_or_else(null)?;
@@ -316,23 +316,23 @@ pub unsafe extern "C" fn fmi3GetFMUState(instance: InstanceId, FMUState: *mut St
             Some(known) => *known = state,
             None => *place = kept(state),
         }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(instance: InstanceId, FMUState: State) -> i32 {
+pub unsafe extern "C" fn fmi3SetFMUState(instance: InstanceId, FMUState: Fmi3State) -> i32 {
     with(instance, |handle| {
         // SAFETY: a state of this library.
         let state = unsafe { of::<SavedState>(FMUState) }.ok_or_else(null)?;
         handle.instance.resume(state)?;
         handle.is_ended = false;
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(instance: InstanceId, FMUState: *mut State) -> i32 {
+pub unsafe extern "C" fn fmi3FreeFMUState(instance: InstanceId, FMUState: *mut Fmi3State) -> i32 {
     with(instance, |_| {
         // SAFETY: the place of a state of this library, which the tool does not use any more.
         if let Some(place) = unsafe { FMUState.as_mut() } {
@@ -340,14 +340,14 @@ pub unsafe extern "C" fn fmi3FreeFMUState(instance: InstanceId, FMUState: *mut S
             unsafe { free::<SavedState>(*place) }
             *place = std::ptr::null_mut();
         }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
     instance: InstanceId,
-    FMUState: State,
+    FMUState: Fmi3State,
     size: *mut usize,
 ) -> i32 {
     with(instance, |handle| {
@@ -356,14 +356,14 @@ pub unsafe extern "C" fn fmi3SerializedFMUStateSize(
         let bytes = handle.instance.bytes_of(state)?;
         // SAFETY: the place of a number.
         unsafe { put(size, bytes.len()) }
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3SerializeFMUState(
     instance: InstanceId,
-    FMUState: State,
+    FMUState: Fmi3State,
     serializedState: *mut u8,
     size: usize,
 ) -> i32 {
@@ -377,7 +377,7 @@ pub unsafe extern "C" fn fmi3SerializeFMUState(
             return Err(refused(format!("the state takes {needed} bytes, and there are {size}")));
         }
         out[..bytes.len()].copy_from_slice(&bytes);
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -386,14 +386,14 @@ pub unsafe extern "C" fn fmi3DeserializeFMUState(
     instance: InstanceId,
     serializedState: *const u8,
     size: usize,
-    FMUState: *mut State,
+    FMUState: *mut Fmi3State,
 ) -> i32 {
     with(instance, |handle| {
         // SAFETY: a list of the tool, the place of a state.
         let (bytes, place) = unsafe { (list(serializedState, size), FMUState.as_mut()) };
         let (bytes, place) = bytes.zip(place).ok_or_else(null)?;
         *place = kept(handle.instance.state_of(bytes)?);
-        Ok(Status::Ok)
+        Ok(CallStatus::Ok)
     })
 }
 
@@ -418,6 +418,6 @@ pub unsafe extern "C" fn fmi3DoStep(
             put(earlyReturn, false);
             put(lastSuccessfulTime, handle.instance.time());
         }
-        Ok(found?.warning.map_or(Status::Ok, |words| handle.warn(&words)))
+        Ok(found?.warning.map_or(CallStatus::Ok, |words| handle.warn(&words)))
     })
 }

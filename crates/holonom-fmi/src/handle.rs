@@ -5,7 +5,7 @@
 //! messages.
 
 use holonom_fmu::library::ABORTS;
-use holonom_fmu::{Instance, Refusal, Severity};
+use holonom_fmu::{Instance, Severity, UnitRefusal};
 use std::cell::RefCell;
 use std::hint::black_box;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,7 +14,7 @@ use std::sync::Once;
 /// How a call ended, with the numbers of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(i32)]
-pub(crate) enum Status {
+pub(crate) enum CallStatus {
     Ok = 0,
     Warning = 1,
     Discard = 2,
@@ -23,10 +23,10 @@ pub(crate) enum Status {
 }
 
 /// Gives a message with its status and category to the tool.
-pub(crate) type Log = Box<dyn Fn(Status, &str, &str)>;
+pub(crate) type Log = Box<dyn Fn(CallStatus, &str, &str)>;
 
 /// What a call returns.
-pub(crate) type Answer = Result<Status, Refusal>;
+pub(crate) type CallAnswer = Result<CallStatus, UnitRefusal>;
 
 /// An instance with its messages.
 pub(crate) struct Handle {
@@ -81,7 +81,7 @@ impl Handle {
         if black_box(crate::MARK).ends_with(ABORTS) {
             let words =
                 "this library ends the process at a panic: build it with the profile `unwinding`";
-            log(Status::Error, ERROR, words);
+            log(CallStatus::Error, ERROR, words);
             return None;
         }
         match guarded(make).unwrap_or_else(|words| Err(internal(&words))) {
@@ -90,7 +90,7 @@ impl Handle {
                 Some(Self { instance, log, verbose, is_dead, is_ended, start })
             }
             Err(words) => {
-                log(Status::Error, ERROR, &words);
+                log(CallStatus::Error, ERROR, &words);
                 None
             }
         }
@@ -102,26 +102,30 @@ impl Handle {
     }
 
     /// Gives a warning to the tool.
-    pub(crate) fn warn(&self, words: &str) -> Status {
+    pub(crate) fn warn(&self, words: &str) -> CallStatus {
         if self.verbose {
-            (self.log)(Status::Warning, WARNING, words);
+            (self.log)(CallStatus::Warning, WARNING, words);
         }
-        Status::Warning
+        CallStatus::Warning
     }
 
     /// Does a call.
-    pub(crate) fn call(&mut self, call: impl FnOnce(&mut Self) -> Answer) -> Status {
+    pub(crate) fn call(&mut self, call: impl FnOnce(&mut Self) -> CallAnswer) -> CallStatus {
         if self.is_dead {
-            return Status::Fatal;
+            return CallStatus::Fatal;
         }
         let answer = guarded(|| call(self));
         let (status, words) = match answer {
             Ok(Ok(status)) => return status,
-            Ok(Err(Refusal { severity: Severity::Discard, message })) => (Status::Discard, message),
-            Ok(Err(Refusal { severity: Severity::Error, message })) => (Status::Error, message),
+            Ok(Err(UnitRefusal { severity: Severity::Discard, message })) => {
+                (CallStatus::Discard, message)
+            }
+            Ok(Err(UnitRefusal { severity: Severity::Error, message })) => {
+                (CallStatus::Error, message)
+            }
             Err(words) => {
                 self.is_dead = true;
-                (Status::Fatal, internal(&words))
+                (CallStatus::Fatal, internal(&words))
             }
         };
         (self.log)(status, ERROR, &words);
@@ -138,17 +142,17 @@ fn internal(words: &str) -> String {
 }
 
 /// A refusal without effect.
-pub(crate) fn refused(message: impl Into<String>) -> Refusal {
-    Refusal { severity: Severity::Error, message: message.into() }
+pub(crate) fn refused(message: impl Into<String>) -> UnitRefusal {
+    UnitRefusal { severity: Severity::Error, message: message.into() }
 }
 
 /// A null pointer where there must be none.
-pub(crate) fn null() -> Refusal {
+pub(crate) fn null() -> UnitRefusal {
     refused("a pointer is null")
 }
 
 /// A function of the standard that units of holonom do not have.
-pub(crate) fn absent(function: &str) -> Answer {
+pub(crate) fn absent(function: &str) -> CallAnswer {
     Err(refused(format!("{function}: the unit has nothing of the kind, see its model description")))
 }
 
@@ -185,13 +189,13 @@ mod tests {
         let mut handle = handle("panic", &said);
         let list: Vec<usize> = Vec::new();
         let status = handle.call(|_| Err(refused(list[3].to_string())));
-        assert_eq!(status, Status::Fatal);
+        assert_eq!(status, CallStatus::Fatal);
         let words = said.lock().unwrap().join("\n");
         assert!(words.starts_with("Fatal logStatusError an error within holonom: "), "{words}");
         assert!(words.contains("index out of bounds"), "{words}");
-        assert_eq!(handle.call(|_| Ok(Status::Ok)), Status::Fatal);
+        assert_eq!(handle.call(|_| Ok(CallStatus::Ok)), CallStatus::Fatal);
         // another one lives
-        assert_eq!(self::handle("other", &said).call(|_| Ok(Status::Ok)), Status::Ok);
+        assert_eq!(self::handle("other", &said).call(|_| Ok(CallStatus::Ok)), CallStatus::Ok);
     }
 
     #[test]

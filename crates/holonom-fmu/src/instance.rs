@@ -9,9 +9,9 @@
 //! the motion begins anew with the longest step of which it is one.
 
 use crate::VERSION;
-use crate::interface::{Causality, Interface, Quantity};
+use crate::interface::{Causality, Interface, VariableRole};
 use crate::resources::{Resources, words};
-use crate::run::{Ended, Run, SavedRun, said};
+use crate::run::{Run, SavedRun, StepsEnded, said};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -50,14 +50,14 @@ pub enum Severity {
 
 /// Why a call was refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Refusal {
+pub struct UnitRefusal {
     /// What it means for the instance.
     pub severity: Severity,
     /// What is wrong, and what helps.
     pub message: String,
 }
 
-impl Refusal {
+impl UnitRefusal {
     fn error(message: impl Into<String>) -> Self {
         Self { severity: Severity::Error, message: message.into() }
     }
@@ -133,20 +133,20 @@ impl Instance {
         self.run.as_ref().map_or(self.start, |run| run.place().1)
     }
 
-    fn expect(&self, call: &str, phases: &[Phase]) -> Result<(), Refusal> {
+    fn expect(&self, call: &str, phases: &[Phase]) -> Result<(), UnitRefusal> {
         if phases.contains(&self.phase) {
             return Ok(());
         }
         let wanted = phases.iter().map(|own| own.name()).collect::<Vec<_>>().join(" or ");
         let own = self.phase.name();
-        Err(Refusal::error(format!("{call}: the instance is {own}, and has to be {wanted}")))
+        Err(UnitRefusal::error(format!("{call}: the instance is {own}, and has to be {wanted}")))
     }
 
     /// Sets parameters and inputs: all or none.
     ///
     /// # Errors
-    /// [`Refusal`] for a variable that cannot be set now, and for a value that is not finite.
-    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Refusal> {
+    /// [`UnitRefusal`] for a variable that cannot be set now, and for a value that is not finite.
+    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), UnitRefusal> {
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
             let call = format!("set `{}`", variable.name);
@@ -160,11 +160,11 @@ impl Instance {
                 Causality::Independent | Causality::Output => {
                     let what =
                         format!("{call}: it is computed, only parameters and inputs are set");
-                    return Err(Refusal::error(what));
+                    return Err(UnitRefusal::error(what));
                 }
             }
             if !value.is_finite() {
-                return Err(Refusal::error(format!("{call}: {value} is not finite")));
+                return Err(UnitRefusal::error(format!("{call}: {value} is not finite")));
             }
         }
         for (reference, value) in references.iter().zip(values) {
@@ -178,9 +178,9 @@ impl Instance {
     /// Reads values; what is computed only from the initialization on.
     ///
     /// # Errors
-    /// [`Refusal`] for a variable that is not there, before the initialization, and where the node
+    /// [`UnitRefusal`] for a variable that is not there, before the initialization, and where the node
     /// cannot be computed.
-    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Refusal> {
+    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), UnitRefusal> {
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;
             *value = match variable.causality {
@@ -190,31 +190,31 @@ impl Instance {
                     let quantity = variable.quantity.clone();
                     self.expect(&call, &[Phase::Initialization, Phase::Steps, Phase::Terminated])?;
                     self.take_up()?;
-                    let run = self.run.as_mut().ok_or_else(|| Refusal::error(call))?;
-                    run.output(&quantity).map_err(Refusal::error)?
+                    let run = self.run.as_mut().ok_or_else(|| UnitRefusal::error(call))?;
+                    run.output(&quantity).map_err(UnitRefusal::error)?
                 }
             };
         }
         Ok(())
     }
 
-    fn variable(&self, reference: u32) -> Result<&crate::Variable, Refusal> {
+    fn variable(&self, reference: u32) -> Result<&crate::Variable, UnitRefusal> {
         self.interface.variables.get(reference as usize).ok_or_else(|| {
             let count = self.interface.variables.len();
             let message =
                 format!("there is no variable with the reference {reference}: there are {count}");
-            Refusal::error(message)
+            UnitRefusal::error(message)
         })
     }
 
     /// The run takes up what was set.
-    fn take_up(&mut self) -> Result<(), Refusal> {
+    fn take_up(&mut self) -> Result<(), UnitRefusal> {
         if !self.outdated {
             return Ok(());
         }
         match &mut self.run {
             Some(run) if self.phase != Phase::Initialization => {
-                run.hold(&self.interface, &self.values).map_err(Refusal::error)?;
+                run.hold(&self.interface, &self.values).map_err(UnitRefusal::error)?;
             }
             _ => self.run = Some(self.begun(None)?),
         }
@@ -222,20 +222,22 @@ impl Instance {
         Ok(())
     }
 
-    fn begun(&self, step: Option<f64>) -> Result<Run, Refusal> {
+    fn begun(&self, step: Option<f64>) -> Result<Run, UnitRefusal> {
         let run = Run::new(&self.resources, &self.interface, &self.values, self.start, step);
-        run.map_err(Refusal::error)
+        run.map_err(UnitRefusal::error)
     }
 
     /// Begins the initialization of a motion from the time `start`, s: the model with its
     /// parameters is assembled.
     ///
     /// # Errors
-    /// [`Refusal`] with the words of the checks of the model.
-    pub fn enter_initialization(&mut self, start: f64) -> Result<(), Refusal> {
+    /// [`UnitRefusal`] with the words of the checks of the model.
+    pub fn enter_initialization(&mut self, start: f64) -> Result<(), UnitRefusal> {
         self.expect("enter initialization mode", &[Phase::Instantiated])?;
         if !start.is_finite() {
-            return Err(Refusal::error(format!("the start time is {start}: it has to be finite")));
+            return Err(UnitRefusal::error(format!(
+                "the start time is {start}: it has to be finite"
+            )));
         }
         self.start = start;
         self.run = Some(self.begun(None)?);
@@ -247,8 +249,8 @@ impl Instance {
     /// Ends the initialization; what is worth knowing of the model.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn exit_initialization(&mut self) -> Result<Vec<String>, Refusal> {
+    /// [`UnitRefusal`].
+    pub fn exit_initialization(&mut self) -> Result<Vec<String>, UnitRefusal> {
         self.expect("exit initialization mode", &[Phase::Initialization])?;
         self.take_up()?;
         self.phase = Phase::Steps;
@@ -258,20 +260,20 @@ impl Instance {
     /// Goes on by the communication step `length` from the time `t`, s.
     ///
     /// # Errors
-    /// [`Refusal`]: [`Severity::Discard`] where a step was not found and the state can be used.
-    pub fn step(&mut self, t: f64, length: f64) -> Result<Stepped, Refusal> {
+    /// [`UnitRefusal`]: [`Severity::Discard`] where a step was not found and the state can be used.
+    pub fn step(&mut self, t: f64, length: f64) -> Result<Stepped, UnitRefusal> {
         self.expect("do step", &[Phase::Steps])?;
         let mut stepped = Stepped::default();
-        let Some(run) = &self.run else { return Err(Refusal::error("there is no motion")) };
+        let Some(run) = &self.run else { return Err(UnitRefusal::error("there is no motion")) };
         if !run.is_at(t) {
             let (own, step) = (run.place().1, run.step_size());
-            return Err(Refusal::error(format!(
+            return Err(UnitRefusal::error(format!(
                 "do step: the communication point is {t} s, the instance is at {own} s (its step is {step} s)"
             )));
         }
         let positive = length > 0.0 && length.is_finite();
         if !positive {
-            return Err(Refusal::error(format!(
+            return Err(UnitRefusal::error(format!(
                 "do step: the communication step is {length} s: it has to be positive"
             )));
         }
@@ -279,26 +281,26 @@ impl Instance {
             stepped.warning = Some(self.begin_anew(length)?);
         }
         self.take_up()?;
-        let Some(run) = &mut self.run else { return Err(Refusal::error("there is no motion")) };
+        let Some(run) = &mut self.run else { return Err(UnitRefusal::error("there is no motion")) };
         let Some(count) = run.count(length) else {
-            return Err(Refusal::error("do step: the step cannot be divided so"));
+            return Err(UnitRefusal::error("do step: the step cannot be divided so"));
         };
         match run.advance(count) {
-            Ended::Done => Ok(stepped),
-            Ended::ByEvent => Ok(Stepped { is_ended: true, ..stepped }),
-            Ended::Refused(failure) => {
-                Err(Refusal { severity: Severity::Discard, message: said(&failure) })
+            StepsEnded::Done => Ok(stepped),
+            StepsEnded::ByEvent => Ok(Stepped { is_ended: true, ..stepped }),
+            StepsEnded::Refused(failure) => {
+                Err(UnitRefusal { severity: Severity::Discard, message: said(&failure) })
             }
-            Ended::Lost(failure) => Err(Refusal::error(said(&failure))),
+            StepsEnded::Lost(failure) => Err(UnitRefusal::error(said(&failure))),
         }
     }
 
     /// Begins anew with the longest step of which the first communication step is a multiple.
-    fn begin_anew(&mut self, length: f64) -> Result<String, Refusal> {
-        let Some(run) = &self.run else { return Err(Refusal::error("there is no motion")) };
+    fn begin_anew(&mut self, length: f64) -> Result<String, UnitRefusal> {
+        let Some(run) = &self.run else { return Err(UnitRefusal::error("there is no motion")) };
         let step = run.step_size();
         if run.place().0 > 0 {
-            return Err(Refusal::error(format!(
+            return Err(UnitRefusal::error(format!(
                 "do step: the communication step of {length} s is no multiple of the step of {step} s; the first one \
                  has decided the step: let later ones be multiples of it"
             )));
@@ -314,8 +316,8 @@ impl Instance {
     /// Ends the motion; its last node can be read.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn terminate(&mut self) -> Result<(), Refusal> {
+    /// [`UnitRefusal`].
+    pub fn terminate(&mut self) -> Result<(), UnitRefusal> {
         self.expect("terminate", &[Phase::Steps])?;
         self.take_up()?;
         self.phase = Phase::Terminated;
@@ -331,8 +333,8 @@ impl Instance {
     /// Its state.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn state(&mut self) -> Result<SavedState, Refusal> {
+    /// [`UnitRefusal`].
+    pub fn state(&mut self) -> Result<SavedState, UnitRefusal> {
         if self.run.is_some() {
             self.take_up()?;
         }
@@ -344,10 +346,10 @@ impl Instance {
     /// Goes on from a state of an instance of the same unit, bit for bit.
     ///
     /// # Errors
-    /// [`Refusal`]; the instance is then what it was.
-    pub fn resume(&mut self, saved: &SavedState) -> Result<(), Refusal> {
+    /// [`UnitRefusal`]; the instance is then what it was.
+    pub fn resume(&mut self, saved: &SavedState) -> Result<(), UnitRefusal> {
         if saved.values.len() != self.values.len() {
-            return Err(Refusal::error("this is the state of another unit"));
+            return Err(UnitRefusal::error("this is the state of another unit"));
         }
         let Some(from) = &saved.run else {
             self.reset();
@@ -355,7 +357,7 @@ impl Instance {
             return Ok(());
         };
         let same = |(k, variable): (usize, &crate::Variable)| {
-            !matches!(variable.quantity, Quantity::Key(_))
+            !matches!(variable.quantity, VariableRole::Key(_))
                 || self.values[k].to_bits() == saved.values[k].to_bits()
         };
         let fits = self.start.to_bits() == saved.start.to_bits()
@@ -368,13 +370,13 @@ impl Instance {
         let step = Some(from.step_size());
         let begun = |start| {
             Run::new(&self.resources, &self.interface, &saved.values, start, step)
-                .map_err(Refusal::error)
+                .map_err(UnitRefusal::error)
         };
         let mut other = if fits { None } else { Some(begun(saved.start)?) };
         let Some(run) = other.as_mut().or(self.run.as_mut()) else {
-            return Err(Refusal::error("there is no motion"));
+            return Err(UnitRefusal::error("there is no motion"));
         };
-        run.resume(from).map_err(Refusal::error)?;
+        run.resume(from).map_err(UnitRefusal::error)?;
         if other.is_some() {
             self.run = other;
         }
@@ -386,30 +388,30 @@ impl Instance {
     /// A state as bytes.
     ///
     /// # Errors
-    /// [`Refusal`].
-    pub fn bytes_of(&self, state: &SavedState) -> Result<Vec<u8>, Refusal> {
+    /// [`UnitRefusal`].
+    pub fn bytes_of(&self, state: &SavedState) -> Result<Vec<u8>, UnitRefusal> {
         let stored = (VERSION, self.token.as_str(), state);
-        postcard::to_stdvec(&stored).map_err(|error| Refusal::error(error.to_string()))
+        postcard::to_stdvec(&stored).map_err(|error| UnitRefusal::error(error.to_string()))
     }
 
     /// The state in bytes.
     ///
     /// # Errors
-    /// [`Refusal`] for bytes of another version, of another unit, or that are none.
-    pub fn state_of(&self, bytes: &[u8]) -> Result<SavedState, Refusal> {
-        let none = |_| Refusal::error("these bytes are no state of this unit");
+    /// [`UnitRefusal`] for bytes of another version, of another unit, or that are none.
+    pub fn state_of(&self, bytes: &[u8]) -> Result<SavedState, UnitRefusal> {
+        let none = |_| UnitRefusal::error("these bytes are no state of this unit");
         let (version, rest): (String, &[u8]) = postcard::take_from_bytes(bytes).map_err(none)?;
         if version != VERSION {
             let what = format!("the state is of holonom {version}, this is holonom {VERSION}");
-            return Err(Refusal::error(what));
+            return Err(UnitRefusal::error(what));
         }
         let (token, rest): (String, &[u8]) = postcard::take_from_bytes(rest).map_err(none)?;
         if token != self.token {
-            return Err(Refusal::error("this is the state of another unit"));
+            return Err(UnitRefusal::error("this is the state of another unit"));
         }
         let state: SavedState = postcard::from_bytes(rest).map_err(none)?;
         if state.values.len() != self.values.len() {
-            return Err(Refusal::error("this is the state of another unit"));
+            return Err(UnitRefusal::error("this is the state of another unit"));
         }
         Ok(state)
     }

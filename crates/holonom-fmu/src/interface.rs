@@ -16,14 +16,14 @@
 
 use crate::names;
 use holonom::model::{Curves, JointMotor, MotionPath, Problem, SensorKind, nearest};
-use holonom::sensor::Column;
+use holonom::sensor::SensorColumn;
 use holonom::{InputPlace, Model, ModelError, Override};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
 /// What is asked for beside what every unit has.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Request {
+pub struct UnitRequest {
     /// Joints (`arm`, `arm.1`, `arm.setpoint`), bodies (`arm`, `arm.force`, `arm.torque`), signals.
     pub inputs: Vec<String>,
     /// Key paths of numbers of the model file: `body.arm.mass`.
@@ -45,7 +45,7 @@ pub enum Causality {
 
 /// What a variable is of the model.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Quantity {
+pub enum VariableRole {
     /// The time, s.
     Time,
     /// The value of this key.
@@ -81,7 +81,7 @@ pub struct Variable {
     /// A sentence for people.
     pub description: String,
     /// What it is of the model.
-    pub quantity: Quantity,
+    pub quantity: VariableRole,
     /// Whether it depends on the present inputs at once.
     pub feeds_through: bool,
 }
@@ -104,10 +104,10 @@ impl Interface {
         text: &str,
         overrides: &[Override],
         model: &Model,
-        request: &Request,
+        request: &UnitRequest,
     ) -> Result<Self, ModelError> {
         let mut own = Self { variables: Vec::new(), places: Vec::new() };
-        let time = Variable::new("time", Causality::Independent, Quantity::Time);
+        let time = Variable::new("time", Causality::Independent, VariableRole::Time);
         own.variables.push(time.unit("s").described("time"));
         let refused = |problem| ModelError::Assembly(vec![problem]);
         own.add_parameters(text, overrides, model, request).map_err(refused)?;
@@ -133,7 +133,7 @@ impl Interface {
         text: &str,
         overrides: &[Override],
         model: &Model,
-        request: &Request,
+        request: &UnitRequest,
     ) -> Result<(), Problem> {
         for (name, value) in plain_parameters(text, overrides) {
             let key = format!("parameters.{name}");
@@ -160,7 +160,7 @@ impl Interface {
                     "write a key path to a number, as --set does: body.arm.mass, body.arm.inertia.0",
                 ));
             };
-            if !self.variables.iter().any(|own| own.quantity == Quantity::Key(key.clone())) {
+            if !self.variables.iter().any(|own| own.quantity == VariableRole::Key(key.clone())) {
                 self.add_parameter(key, value, "", "value of the model file");
             }
         }
@@ -168,12 +168,12 @@ impl Interface {
     }
 
     fn add_parameter(&mut self, key: &str, value: f64, unit: &'static str, what: &str) {
-        let quantity = Quantity::Key(key.to_owned());
+        let quantity = VariableRole::Key(key.to_owned());
         let variable = Variable::new(names::of_key(key), Causality::Parameter, quantity);
         self.variables.push(variable.unit(unit).start(value).described(what));
     }
 
-    fn add_inputs(&mut self, model: &Model, request: &Request) -> Result<(), Problem> {
+    fn add_inputs(&mut self, model: &Model, request: &UnitRequest) -> Result<(), Problem> {
         let mut places = Vec::new();
         for joint in &model.joints {
             if let Some(motor) = &joint.motor {
@@ -211,7 +211,7 @@ impl Interface {
         for name in signals {
             let signal = model.signals.iter().find(|own| own.name == name);
             let start = signal.and_then(|own| own.start).unwrap_or(0.0);
-            let quantity = Quantity::Number(name.to_owned());
+            let quantity = VariableRole::Number(name.to_owned());
             let variable = Variable::new(names::part(name), Causality::Input, quantity);
             let described = format!("signal `{name}`, held over a step");
             self.variables.push(variable.start(start).described(&described));
@@ -269,7 +269,7 @@ impl Interface {
         for (component, axis) in components.iter().enumerate() {
             let name = if axis.is_empty() { base.clone() } else { format!("{base}.{axis}") };
             let variable =
-                Variable::new(name, Causality::Input, Quantity::Held { input, component });
+                Variable::new(name, Causality::Input, VariableRole::Held { input, component });
             let described = match place {
                 InputPlace::Setpoint(_) => format!("{what}; held over a step"),
                 _ => format!("{what}, beside what acts in the file; held over a step"),
@@ -284,7 +284,7 @@ impl Interface {
         let inputs: BTreeSet<String> = self
             .of_causality(Causality::Input)
             .filter_map(|(_, own)| match &own.quantity {
-                Quantity::Number(name) => Some(name.clone()),
+                VariableRole::Number(name) => Some(name.clone()),
                 _ => None,
             })
             .collect();
@@ -295,15 +295,16 @@ impl Interface {
             if is_input {
                 continue; // what is set is known
             }
-            let Column { sensor: name, part, unit, .. } = column;
+            let SensorColumn { sensor: name, part, unit, .. } = column;
             let name = names::structured(&[name, part]);
-            let mut variable = Variable::new(name, Causality::Output, Quantity::Column(k));
+            let mut variable = Variable::new(name, Causality::Output, VariableRole::Column(k));
             variable.feeds_through = feeds_through(model, column);
             self.variables.push(variable.unit(unit).described(&described(model, column)));
         }
-        let energy = Variable::new("energy.H", Causality::Output, Quantity::Hamiltonian);
+        let energy = Variable::new("energy.H", Causality::Output, VariableRole::Hamiltonian);
         self.variables.push(energy.unit("J").described("energy of the projected momentum"));
-        let residual = Variable::new("residual.position", Causality::Output, Quantity::Residual);
+        let residual =
+            Variable::new("residual.position", Causality::Output, VariableRole::Residual);
         self.variables.push(residual.described("largest residual of the constraints"));
     }
 
@@ -320,7 +321,7 @@ impl Interface {
 }
 
 impl Variable {
-    fn new(name: impl Into<String>, causality: Causality, quantity: Quantity) -> Self {
+    fn new(name: impl Into<String>, causality: Causality, quantity: VariableRole) -> Self {
         let (unit, start, description, feeds_through) = ("", None, String::new(), false);
         Self { name: name.into(), causality, unit, start, description, quantity, feeds_through }
     }
@@ -452,7 +453,7 @@ fn value_of<'a>(values: &'a serde_json::Value, key: &str) -> Option<&'a serde_js
 }
 
 /// What a column is, for people.
-fn described(model: &Model, column: &Column) -> String {
+fn described(model: &Model, column: &SensorColumn) -> String {
     let what = if column.is_flag() { "1 where the value is unique" } else { column.quantity };
     match model.sensors.iter().find(|own| own.name == column.sensor) {
         Some(sensor) if sensor.of.is_empty() => format!("{what} `{}`", sensor.name),
@@ -462,7 +463,7 @@ fn described(model: &Model, column: &Column) -> String {
 }
 
 /// Whether a column depends on the present inputs: what acts does, what moves does not.
-fn feeds_through(model: &Model, column: &Column) -> bool {
+fn feeds_through(model: &Model, column: &SensorColumn) -> bool {
     let Some(sensor) = model.sensors.iter().find(|own| own.name == column.sensor) else {
         return true; // a signal
     };

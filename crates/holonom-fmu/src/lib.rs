@@ -38,8 +38,8 @@ pub mod unit;
 
 pub use archive::Unit;
 pub use description::Version;
-pub use instance::{Instance, Phase, Refusal, SavedState, Severity, Stepped};
-pub use interface::{Causality, Interface, Quantity, Request, Variable};
+pub use instance::{Instance, Phase, SavedState, Severity, Stepped, UnitRefusal};
+pub use interface::{Causality, Interface, UnitRequest, Variable, VariableRole};
 pub use resources::Resources;
 
 /// The version that library and exporter have to share.

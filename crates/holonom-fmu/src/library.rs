@@ -20,12 +20,12 @@ pub const ABORTS: &str = "aborts;";
 /// Operating system and processor of a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Platform {
-    system: System,
+    system: OperatingSystem,
     arm: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum System {
+enum OperatingSystem {
     Linux,
     Windows,
     Darwin,
@@ -85,7 +85,7 @@ impl Platform {
                 0xb7 => true,
                 _ => return None,
             };
-            return Some(Self { system: System::Linux, arm });
+            return Some(Self { system: OperatingSystem::Linux, arm });
         }
         if library.starts_with(b"MZ") {
             let header = usize::try_from(word(0x3c)?).ok()?;
@@ -95,7 +95,7 @@ impl Platform {
                 0xaa64 => true,
                 _ => return None,
             };
-            return is_image.then_some(Self { system: System::Windows, arm });
+            return is_image.then_some(Self { system: OperatingSystem::Windows, arm });
         }
         if word(0)? == 0xfeed_facf {
             let arm = match word(4)? {
@@ -103,7 +103,7 @@ impl Platform {
                 0x0100_000c => true,
                 _ => return None,
             };
-            return Some(Self { system: System::Darwin, arm });
+            return Some(Self { system: OperatingSystem::Darwin, arm });
         }
         None
     }
@@ -112,12 +112,12 @@ impl Platform {
     #[must_use]
     pub fn name(self) -> &'static str {
         match (self.system, self.arm) {
-            (System::Linux, false) => "x86_64-linux",
-            (System::Linux, true) => "aarch64-linux",
-            (System::Windows, false) => "x86_64-windows",
-            (System::Windows, true) => "aarch64-windows",
-            (System::Darwin, false) => "x86_64-darwin",
-            (System::Darwin, true) => "aarch64-darwin",
+            (OperatingSystem::Linux, false) => "x86_64-linux",
+            (OperatingSystem::Linux, true) => "aarch64-linux",
+            (OperatingSystem::Windows, false) => "x86_64-windows",
+            (OperatingSystem::Windows, true) => "aarch64-windows",
+            (OperatingSystem::Darwin, false) => "x86_64-darwin",
+            (OperatingSystem::Darwin, true) => "aarch64-darwin",
         }
     }
 
@@ -128,15 +128,15 @@ impl Platform {
     pub fn path(self, version: Version) -> Result<String, LibraryError> {
         let folder = match (version, self.system, self.arm) {
             (Version::Fmi3, ..) => self.name(),
-            (Version::Fmi2, System::Linux, false) => "linux64",
-            (Version::Fmi2, System::Windows, false) => "win64",
-            (Version::Fmi2, System::Darwin, false) => "darwin64",
+            (Version::Fmi2, OperatingSystem::Linux, false) => "linux64",
+            (Version::Fmi2, OperatingSystem::Windows, false) => "win64",
+            (Version::Fmi2, OperatingSystem::Darwin, false) => "darwin64",
             (Version::Fmi2, ..) => return Err(LibraryError::NoFolder(self.name())),
         };
         let suffix = match self.system {
-            System::Linux => "so",
-            System::Windows => "dll",
-            System::Darwin => "dylib",
+            OperatingSystem::Linux => "so",
+            OperatingSystem::Windows => "dll",
+            OperatingSystem::Darwin => "dylib",
         };
         Ok(format!("binaries/{folder}/{}.{suffix}", crate::MODEL_IDENTIFIER))
     }

@@ -7,7 +7,7 @@
 //! | `meshes/` | the meshes |
 
 use crate::VERSION;
-use crate::interface::{Interface, Request};
+use crate::interface::{Interface, UnitRequest};
 use holonom::model::mesh::{MESH_FOLDER, Mesh};
 use holonom::model::{Meshes, ModelText, read_regular, read_regular_text};
 use holonom::{Model, ModelError, Override};
@@ -30,17 +30,17 @@ pub struct Resources {
     /// Values that replace those of the text.
     pub overrides: Vec<Override>,
     /// Inputs and parameters that were asked for.
-    pub request: Request,
+    pub request: UnitRequest,
     /// The meshes.
     pub meshes: Meshes,
 }
 
 /// `interface.json`.
 #[derive(Debug, Serialize, Deserialize)]
-struct Stored {
+struct InterfaceFile {
     set: Vec<(String, String)>,
     #[serde(flatten)]
-    request: Request,
+    request: UnitRequest,
     meshes: Vec<(String, String)>, // the file as the text names it, and its name in the unit
     #[serde(default)]
     texts: Vec<(String, String)>, // files of tables and stations, and what they hold
@@ -55,7 +55,7 @@ impl Resources {
         text: &ModelText,
         overrides: Vec<Override>,
         model: &Model,
-        request: Request,
+        request: UnitRequest,
     ) -> Result<Self, ModelError> {
         let (text, meshes) = (text.text()?.to_owned(), model.meshes.clone());
         Ok(Self { text, overrides, request, meshes })
@@ -117,7 +117,7 @@ impl Resources {
     /// None but those of JSON.
     pub fn files(&self) -> serde_json::Result<Vec<(String, Vec<u8>)>> {
         let named = || self.meshes.named();
-        let stored = Stored {
+        let stored = InterfaceFile {
             set: self.overrides.iter().map(|own| (own.key.clone(), own.value.clone())).collect(),
             request: self.request.clone(),
             meshes: named().map(|(file, mesh)| (file.to_owned(), mesh.stored_name())).collect(),
@@ -146,7 +146,7 @@ impl Resources {
         let text = |name: &str| {
             read_regular_text(&folder.join(name), MOST).map_err(|error| at(name, error))
         };
-        let stored: Stored = serde_json::from_str(&text(INTERFACE)?)
+        let stored: InterfaceFile = serde_json::from_str(&text(INTERFACE)?)
             .map_err(|error| at(INTERFACE, io::Error::other(error)))?;
         let mut meshes = Meshes::default();
         for (file, name) in stored.meshes {

@@ -1,9 +1,9 @@
 //! The simulation of an instance: inputs held over a step, steps of a fixed length, nodes.
 
-use crate::interface::{Interface, Quantity};
+use crate::interface::{Interface, VariableRole};
 use crate::resources::{Resources, override_by, words};
-use holonom::experiment::Experiment;
-use holonom::{Input, Outside, RunFailure, RunState, Simulation};
+use holonom::experiment::RunnableModel;
+use holonom::{ExternalActions, Input, RunFailure, RunState, Simulation};
 use serde::{Deserialize, Serialize};
 
 /// Part of a step by which times may differ.
@@ -14,14 +14,14 @@ const SAME_TIME: f64 = 1e-6;
 pub(crate) struct Run {
     simulation: Simulation,
     inputs: Vec<Input>,
-    step: f64,           // s
-    read: Option<Node>,  // the present node, if it was read
-    numbers: Vec<usize>, // references of signals that are set
+    step: f64,              // s
+    read: Option<ReadNode>, // the present node, if it was read
+    numbers: Vec<usize>,    // references of signals that are set
 }
 
 /// What is read of a node.
 #[derive(Debug, Default)]
-struct Node {
+struct ReadNode {
     sensors: Vec<f64>,
     hamiltonian: f64,
     residual: f64,
@@ -36,7 +36,7 @@ pub(crate) struct SavedRun {
 
 /// How steps ended.
 #[derive(Debug)]
-pub(crate) enum Ended {
+pub(crate) enum StepsEnded {
     /// As asked for.
     Done,
     /// An event of the model ended the motion.
@@ -62,8 +62,8 @@ impl Run {
         for (k, (variable, value)) in interface.variables.iter().zip(values).enumerate() {
             let is_set = variable.start.is_some_and(|start| start.to_bits() != value.to_bits());
             match &variable.quantity {
-                Quantity::Key(key) if is_set => overrides.push(override_by(key, *value)),
-                Quantity::Number(name) => {
+                VariableRole::Key(key) if is_set => overrides.push(override_by(key, *value)),
+                VariableRole::Number(name) => {
                     numbers.push(k);
                     if is_set {
                         overrides.push(override_by(&format!("signal.{name}.start"), *value));
@@ -85,7 +85,7 @@ impl Run {
             }
         }
         let inputs: Vec<Input> = interface.places.iter().cloned().map(Input::new).collect();
-        let simulation = Simulation::beginning_at(&model, &Outside::of_inputs(&inputs), t)
+        let simulation = Simulation::beginning_at(&model, &ExternalActions::of_inputs(&inputs), t)
             .map_err(|error| words(&error))?;
         let step = model.settings.step;
         let mut own = Self { simulation, inputs, step, read: None, numbers };
@@ -100,7 +100,7 @@ impl Run {
 
     /// Steps taken, and the time, s.
     pub(crate) fn place(&self) -> (u64, f64) {
-        Experiment::place(&self.simulation)
+        RunnableModel::place(&self.simulation)
     }
 
     /// The time step, s.
@@ -113,7 +113,7 @@ impl Run {
         self.read = None;
         self.hold_efforts(interface, values);
         for k in &self.numbers {
-            if let Quantity::Number(name) = &interface.variables[*k].quantity {
+            if let VariableRole::Number(name) = &interface.variables[*k].quantity {
                 let set = self.simulation.set_number(name, values[*k]);
                 set.map_err(|error| error.to_string())?;
             }
@@ -124,7 +124,7 @@ impl Run {
     fn hold_efforts(&mut self, interface: &Interface, values: &[f64]) {
         let mut all: Vec<[f64; 3]> = self.inputs.iter().map(Input::values).collect();
         for (variable, value) in interface.variables.iter().zip(values) {
-            if let Quantity::Held { input, component } = variable.quantity {
+            if let VariableRole::Held { input, component } = variable.quantity {
                 all[input][component] = *value;
             }
         }
@@ -147,28 +147,28 @@ impl Run {
     }
 
     /// Takes steps.
-    pub(crate) fn advance(&mut self, count: u64) -> Ended {
+    pub(crate) fn advance(&mut self, count: u64) -> StepsEnded {
         self.read = None;
         for _ in 0..count {
             let before = self.place();
             match self.simulation.step_on() {
-                Ok(()) if self.place().0 == before.0 => return Ended::ByEvent,
+                Ok(()) if self.place().0 == before.0 => return StepsEnded::ByEvent,
                 Ok(()) => {}
-                Err(failure) if self.place() == before => return Ended::Refused(failure),
-                Err(failure) => return Ended::Lost(failure),
+                Err(failure) if self.place() == before => return StepsEnded::Refused(failure),
+                Err(failure) => return StepsEnded::Lost(failure),
             }
         }
-        Ended::Done
+        StepsEnded::Done
     }
 
     /// The value of an output at the present node.
-    pub(crate) fn output(&mut self, quantity: &Quantity) -> Result<f64, String> {
-        if matches!(quantity, Quantity::Time) {
+    pub(crate) fn output(&mut self, quantity: &VariableRole) -> Result<f64, String> {
+        if matches!(quantity, VariableRole::Time) {
             return Ok(self.place().1);
         }
         if self.read.is_none() {
             let sample = self.simulation.observe().map_err(|failure| said(&failure))?;
-            self.read = Some(Node {
+            self.read = Some(ReadNode {
                 sensors: sample.sensors.clone(),
                 hamiltonian: sample.hamiltonian,
                 residual: sample.residuals.position,
@@ -176,8 +176,8 @@ impl Run {
         }
         let Some(node) = &self.read else { return Ok(f64::NAN) };
         Ok(match quantity {
-            Quantity::Column(k) => node.sensors[*k],
-            Quantity::Hamiltonian => node.hamiltonian,
+            VariableRole::Column(k) => node.sensors[*k],
+            VariableRole::Hamiltonian => node.hamiltonian,
             _ => node.residual,
         })
     }

@@ -14,7 +14,7 @@ use crate::numbers::vector;
 use crate::picture::part;
 use crate::remark::Remarks;
 use crate::robot::Robot;
-use crate::surface::{FRICTION, GroundPlane, Surface, Touching};
+use crate::surface::{FRICTION, GroundPlane, TouchingSolid, TouchingSurface};
 use crate::tree_body::TreeBody;
 
 /// The planes that a robot stands on.
@@ -30,23 +30,23 @@ pub(crate) fn planes(robot: &Robot, nodes: &[TreeBody], remarks: &mut Remarks) -
         "ground: URDF states none, a plane under the lowest point of the geometry for contact was taken, with the friction {FRICTION}"
     ));
     let pose = Isometry3::translation(0.0, 0.0, height);
-    vec![GroundPlane { name: "floor".to_owned(), pose, surface: Surface::default() }]
+    vec![GroundPlane { name: "floor".to_owned(), pose, surface: TouchingSurface::default() }]
 }
 
 /// The shapes of geometry that touches; `to_body`: from the axes of the link.
-pub(crate) fn shapes(touching: Vec<&Touching>, to_body: &Isometry3<f64>) -> Vec<Shape> {
+pub(crate) fn shapes(touching: Vec<&TouchingSolid>, to_body: &Isometry3<f64>) -> Vec<Shape> {
     touching.into_iter().map(|own| part(&own.placed, to_body)).collect()
 }
 
 impl Drafter<'_> {
     /// The geometry of a body that touches a plane, or another body.
-    pub(crate) fn touching(&self, k: usize) -> Vec<&Touching> {
+    pub(crate) fn touching(&self, k: usize) -> Vec<&TouchingSolid> {
         let others = self.body_pairs.keys().filter(|pair| pair.contains(&k));
         let others: Vec<_> = others
             .flat_map(|[i, j]| &self.tree.nodes[i + j - k].touching)
             .filter(|own| own.placed.is_shown())
             .collect();
-        let touches = |own: &&Touching| {
+        let touches = |own: &&TouchingSolid| {
             let planes = self.planes.iter().map(|plane| &plane.surface);
             let mut surfaces = planes.chain(others.iter().map(|other| &other.surface));
             own.placed.is_shown()

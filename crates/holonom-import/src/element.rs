@@ -12,7 +12,7 @@ use quick_xml::events::attributes::Attributes;
 use quick_xml::{Reader, XmlVersion};
 
 use crate::remark::Remarks;
-use crate::source::{Place, Refusal, Result};
+use crate::source::{FilePlace, Refusal, Result};
 
 /// Elements may stand in each other to this depth.
 const MAX_DEPTH: usize = 250;
@@ -31,7 +31,7 @@ const LARGEST: f64 = 1e15;
 pub(crate) struct Attribute {
     pub(crate) name: String,
     pub(crate) value: String,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// An element with its attributes and the elements in it; texts and comments are left out.
@@ -40,7 +40,7 @@ pub(crate) struct XmlElement {
     pub(crate) name: String,
     pub(crate) attributes: Vec<Attribute>,
     pub(crate) children: Vec<XmlElement>,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 impl Remarks {
@@ -76,7 +76,7 @@ impl XmlElement {
     }
 
     /// The place of an attribute, or of the element.
-    pub(crate) fn place_of(&self, name: &str) -> &Place {
+    pub(crate) fn place_of(&self, name: &str) -> &FilePlace {
         self.attribute(name).map_or(&self.place, |a| &a.place)
     }
 
@@ -221,7 +221,7 @@ impl<'a> XmlParser<'a, '_> {
     }
 
     fn start(&mut self, span: Range<usize>, name: &str, second: bool) -> Result<()> {
-        let place = Place { file: self.file, span: span.clone() };
+        let place = FilePlace { file: self.file, span: span.clone() };
         if second && self.open.is_empty() {
             return Err(self.malformed(span.start, "there is a second root element"));
         }
@@ -252,7 +252,7 @@ impl<'a> XmlParser<'a, '_> {
     }
 
     /// The attributes of a tag but those that declare namespaces.
-    fn attributes(&mut self, tag: &Place, name: usize) -> Result<Vec<Attribute>> {
+    fn attributes(&mut self, tag: &FilePlace, name: usize) -> Result<Vec<Attribute>> {
         let text = self.text;
         let whole = &text[tag.span.clone()];
         let inside = whole.trim_start_matches('<').trim_end_matches('>').trim_end_matches('/');
@@ -281,7 +281,7 @@ impl<'a> XmlParser<'a, '_> {
             } else if key != "xmlns" {
                 let quote = text[end..tag.span.end].find(['"', '\'']).unwrap_or(0);
                 let end = (end + quote + 2 + attribute.value.len()).min(tag.span.end);
-                let place = Place { file: self.file, span: at..end };
+                let place = FilePlace { file: self.file, span: at..end };
                 list.push(Attribute { name: key.to_owned(), value: value.into_owned(), place });
             }
         }
@@ -308,7 +308,7 @@ impl<'a> XmlParser<'a, '_> {
 
     fn malformed(&self, at: usize, reason: &str) -> Refusal {
         let at = at.min(self.text.len());
-        let place = Place { file: self.file, span: at..(at + 1).min(self.text.len()) };
+        let place = FilePlace { file: self.file, span: at..(at + 1).min(self.text.len()) };
         let LineColumn { line, column } = line_column(self.text, at);
         let message = format!("this is not well-formed XML: {reason} at {line}:{column}");
         Refusal::at(&place, message, "correct the XML")

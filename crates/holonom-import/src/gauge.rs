@@ -6,7 +6,7 @@ use nalgebra::Isometry3;
 use crate::drafter::Drafter;
 use crate::numbers::{quaternion, vector};
 use crate::remark::Remarks;
-use crate::robot::{Gauge, GaugeOf, NamedFrame};
+use crate::robot::{GaugeOf, NamedFrame, RobotSensor};
 
 /// Frames that differ by less are one, m or rad.
 const SAME: f64 = 1e-12;
@@ -16,7 +16,7 @@ const OF_NOTHING: &str = "sensors of the ground, or of what is no body and no jo
 
 impl Drafter<'_> {
     /// The sensor of the model.
-    pub(crate) fn sensor(&mut self, gauge: &Gauge, remarks: &mut Remarks) {
+    pub(crate) fn sensor(&mut self, gauge: &RobotSensor, remarks: &mut Remarks) {
         let found = match &gauge.of {
             GaugeOf::Joint(joint) => self.of_joint(gauge.kind, joint),
             GaugeOf::Frame(frame) => self.of_frame(gauge, frame, remarks),
@@ -63,7 +63,12 @@ impl Drafter<'_> {
         }
     }
 
-    fn of_frame(&self, gauge: &Gauge, frame: &NamedFrame, remarks: &mut Remarks) -> Option<Sensor> {
+    fn of_frame(
+        &self,
+        gauge: &RobotSensor,
+        frame: &NamedFrame,
+        remarks: &mut Remarks,
+    ) -> Option<Sensor> {
         let (node, own) = self.in_body(frame);
         let node = node?;
         let turned = own.rotation.angle() > SAME;

@@ -54,7 +54,7 @@ use remark::Remarks;
 pub use remark::{Mention, Remark};
 pub use robot::LoopJointKind;
 use robot::Robot;
-use source::{Refusal, Sources};
+use source::{ImportSources, Refusal};
 use tree::BodyTree;
 
 /// How the base of a URDF robot is held.
@@ -188,7 +188,7 @@ pub enum ImportError {
 /// # Errors
 /// [`ImportError`].
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Imported, ImportError> {
-    let mut sources = Sources::default();
+    let mut sources = ImportSources::default();
     sources.read(path)?;
     translate(sources, options)
 }
@@ -202,12 +202,12 @@ pub fn import_text(
     path: &Path,
     options: &ImportOptions,
 ) -> Result<Imported, ImportError> {
-    let mut sources = Sources::default();
+    let mut sources = ImportSources::default();
     sources.add(path, text.to_owned());
     translate(sources, options)
 }
 
-fn translate(mut sources: Sources, options: &ImportOptions) -> Result<Imported, ImportError> {
+fn translate(mut sources: ImportSources, options: &ImportOptions) -> Result<Imported, ImportError> {
     let path = sources.files[0].path.clone();
     let mut remarks = Remarks::default();
     let root = XmlElement::parse(0, &sources.files[0].text, &mut remarks)

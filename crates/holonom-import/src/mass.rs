@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 
 /// Mass, centre of mass and inertia tensor in some frame; massless by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Mass {
+pub(crate) struct ImportedMass {
     /// Mass, kg.
     pub(crate) mass: f64,
     /// Centre of mass, m.
@@ -28,7 +28,7 @@ pub(crate) const ROUNDED: f64 = 0.01;
 /// Euler moments below this part of the largest count as zero where a rod is asked for.
 const THIN: f64 = 1e-6;
 
-impl Mass {
+impl ImportedMass {
     /// A thin rod along the unit vector `u` with the moment `j` about its centre, kg·m².
     pub(crate) fn thin_rod(mass: f64, center: Vector3<f64>, u: &Vector3<f64>, j: f64) -> Self {
         Self { mass, center, J: (Matrix3::identity() - u * u.transpose()) * j }
@@ -131,16 +131,16 @@ impl Mass {
 mod tests {
     use super::*;
 
-    fn block() -> Mass {
+    fn block() -> ImportedMass {
         let J = Matrix3::from_diagonal(&Vector3::new(0.3, 0.4, 0.5));
-        Mass { mass: 2.0, center: Vector3::new(0.1, -0.2, 0.3), J }
+        ImportedMass { mass: 2.0, center: Vector3::new(0.1, -0.2, 0.3), J }
     }
 
     #[test]
     fn no_body_has_a_negative_moment_of_inertia() {
         for moments in [[0.03, 0.02, -1.0], [-1.0, -1.0, -1.0], [0.1, 0.2, 0.4]] {
             let J = Matrix3::from_diagonal(&Vector3::from(moments));
-            let least = Mass { J, ..block() }.least_euler_moment();
+            let least = ImportedMass { J, ..block() }.least_euler_moment();
             assert!(least < -0.1, "{moments:?}: {least}");
         }
         assert!(block().least_euler_moment() > 0.0);
@@ -172,7 +172,8 @@ mod tests {
     fn no_rod_is_taken_from_a_lamina() {
         let J = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 2.0));
         assert_eq!(
-            Mass { mass: 1.0, center: Vector3::zeros(), J }.rod(&Vector3::x(), &Vector3::z()),
+            ImportedMass { mass: 1.0, center: Vector3::zeros(), J }
+                .rod(&Vector3::x(), &Vector3::z()),
             None
         );
     }

@@ -15,8 +15,8 @@ use holonom_model::{Mesh, MeshError};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 use vi_rigid::Polyhedron;
 
-use crate::mass::Mass;
-use crate::solid::{PlacedSolid, Solid, Triangles};
+use crate::mass::ImportedMass;
+use crate::solid::{ImportedSolid, PlacedSolid, Triangles};
 
 /// A mesh in numbers, in the frame of its file.
 #[derive(Clone, Debug)]
@@ -24,11 +24,11 @@ pub(crate) struct MeshSummary {
     least: Vector3<f64>,
     largest: Vector3<f64>,
     /// At 1 kg/m³; or why it is no solid.
-    mass: Result<Mass, String>,
+    mass: Result<ImportedMass, String>,
     /// The same where the volumes of all tetrahedra count as positive.
-    unsigned: Mass,
+    unsigned: ImportedMass,
     /// Of the surface of the file, at 1 kg/m².
-    shell: Mass,
+    shell: ImportedMass,
     /// Number of its triangles.
     triangles: usize,
     /// Where it was read.
@@ -132,11 +132,11 @@ impl MeshSummary {
     fn scaled(&self, scale: &Vector3<f64>) -> Self {
         let ends = [self.least.component_mul(scale), self.largest.component_mul(scale)];
         let volume = scale.product().abs();
-        let scaled = |mass: Mass| {
+        let scaled = |mass: ImportedMass| {
             let E = mass.euler().component_mul(&(scale * scale.transpose())) * volume;
             let center = mass.center.component_mul(scale);
             let J = Matrix3::identity() * E.trace() - E;
-            Mass { mass: mass.mass * volume, center, J }
+            ImportedMass { mass: mass.mass * volume, center, J }
         };
         let (mass, unsigned) = (self.mass.clone().map(scaled), scaled(self.unsigned));
         let scale = self.scale.component_mul(scale);
@@ -149,7 +149,7 @@ impl MeshSummary {
         let half = (self.largest - self.least) * 0.5;
         let center = (self.largest + self.least) * 0.5;
         PlacedSolid {
-            solid: Solid::Box([half.x, half.y, half.z]),
+            solid: ImportedSolid::Box([half.x, half.y, half.z]),
             pose: pose * Isometry3::translation(center.x, center.y, center.z),
             mesh: self.file.clone().map(|file| Triangles {
                 file,
@@ -161,12 +161,12 @@ impl MeshSummary {
     }
 
     /// Mass properties at 1 kg/m³ in the frame of the mesh; or why it is no solid.
-    pub(crate) fn mass(&self) -> Result<Mass, &str> {
+    pub(crate) fn mass(&self) -> Result<ImportedMass, &str> {
         self.mass.as_ref().copied().map_err(String::as_str)
     }
 
     /// The same with all volumes counted as positive, for meshes that are not closed.
-    pub(crate) fn unsigned_mass(&self) -> Mass {
+    pub(crate) fn unsigned_mass(&self) -> ImportedMass {
         self.unsigned
     }
 }
@@ -174,21 +174,22 @@ impl MeshSummary {
 impl MeshSummary {
     /// Mass properties of the surface at 1 kg/m², in the frame of the mesh. Areas that are scaled
     /// unequally are summed anew.
-    pub(crate) fn shell_mass(&self) -> Mass {
+    pub(crate) fn shell_mass(&self) -> ImportedMass {
         let [x, y, z] = <[f64; 3]>::from(self.scale.abs());
         if x.to_bits() == y.to_bits() && y.to_bits() == z.to_bits() {
-            let Mass { mass, center, J } = self.shell;
+            let ImportedMass { mass, center, J } = self.shell;
             let center = center.component_mul(&self.scale);
             let turn = Matrix3::from_diagonal(&self.scale.map(f64::signum));
-            return Mass { mass: mass * x * x, center, J: turn * J * turn * x.powi(4) };
+            return ImportedMass { mass: mass * x * x, center, J: turn * J * turn * x.powi(4) };
         }
-        Mesh::read(&self.path).map_or_else(|_| Mass::default(), |mesh| shell(&mesh, &self.scale))
+        Mesh::read(&self.path)
+            .map_or_else(|_| ImportedMass::default(), |mesh| shell(&mesh, &self.scale))
     }
 }
 
 /// Mass properties of the surface at 1 kg/m²: `E = Σ A (a aᵀ + b bᵀ + c cᵀ + s sᵀ)/12`,
 /// `s = a + b + c`, `A` areas of triangles.
-fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> Mass {
+fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> ImportedMass {
     let triangles = mesh
         .triangles()
         .iter()
@@ -207,14 +208,14 @@ fn shell(mesh: &Mesh, scale: &Vector3<f64>) -> Mass {
         E += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose())
             * (area(&triangle) / 12.0);
     }
-    Mass { mass, center, J: Matrix3::identity() * E.trace() - E }
+    ImportedMass { mass, center, J: Matrix3::identity() * E.trace() - E }
 }
 
 /// Mass properties at 1 kg/m³ with the volumes of all tetrahedra counted as positive: first with
 /// the tip at the centroid of the surface, which gives the centre of mass, then with the tip there.
 /// Closed meshes need not be; a star-shaped one has its own mass properties. So does MuJoCo by
 /// default (`inertia="legacy"`).
-fn unsigned(mesh: &Mesh) -> Mass {
+fn unsigned(mesh: &Mesh) -> ImportedMass {
     let corners = |triangle: &[u32; 3]| triangle.map(|k| mesh.corners()[k as usize]);
     let (mut area, mut moment) = (0.0, Vector3::zeros());
     for [a, b, c] in mesh.triangles().iter().map(corners) {
@@ -239,13 +240,13 @@ fn unsigned(mesh: &Mesh) -> Mass {
         E += (a * a.transpose() + b * b.transpose() + c * c.transpose() + s * s.transpose())
             * (det / 120.0);
     }
-    Mass { mass, center, J: Matrix3::identity() * E.trace() - E }
+    ImportedMass { mass, center, J: Matrix3::identity() * E.trace() - E }
 }
 
 /// Mass properties at 1 kg/m³ of a closed mesh.
-fn solid(mesh: &Mesh) -> Result<Mass, String> {
+fn solid(mesh: &Mesh) -> Result<ImportedMass, String> {
     let solid = Polyhedron::new(mesh.corners(), mesh.triangles()).map_err(|e| e.to_string())?;
-    Ok(Mass { mass: solid.volume, center: solid.center, J: solid.inertia(1.0) })
+    Ok(ImportedMass { mass: solid.volume, center: solid.center, J: solid.inertia(1.0) })
 }
 
 #[cfg(test)]
@@ -263,7 +264,7 @@ mod tests {
     #[test]
     fn a_box_of_triangles_has_the_mass_properties_of_a_box() {
         let found = MeshSummary::of(&mesh(BLOCK)).scaled(&Vector3::new(2.0, -1.0, 1.0));
-        let exact = Solid::Box([1.0, 1.0, 1.5]).with_mass(12.0);
+        let exact = ImportedSolid::Box([1.0, 1.0, 1.5]).with_mass(12.0);
         let mass = found.mass().unwrap();
         let error = (mass.J - exact.J).amax().max((mass.mass - 12.0).abs());
         assert!(error < 1e-13, "{error:e}");
@@ -272,7 +273,7 @@ mod tests {
         let center = (mass.center - Vector3::new(3.0, -2.0, 2.5)).amax();
         assert!(center < 1e-14, "{center:e}");
         let placed = found.placed(&Isometry3::identity());
-        assert_eq!(placed.solid, Solid::Box([1.0, 1.0, 1.5]));
+        assert_eq!(placed.solid, ImportedSolid::Box([1.0, 1.0, 1.5]));
     }
 
     #[test]

@@ -12,13 +12,13 @@ use crate::ImportOptions;
 use crate::contact::{planes, shapes};
 use crate::drafter::{Draft, Drafter};
 use crate::loops::between;
-use crate::mass::{Mass, ROUNDED};
+use crate::mass::{ImportedMass, ROUNDED};
 use crate::massless::{nothing_moves, some};
 use crate::names::TakenNames;
 use crate::numbers::{plain, quaternion, vector};
 use crate::picture::{finest, is_about, part, shape};
 use crate::remark::{FAR, Remarks};
-use crate::robot::{Elastic, Mobility, Robot, Servo};
+use crate::robot::{Mobility, Robot, Servo, ServoElasticity};
 use crate::self_contact::body_pairs;
 use crate::solid::PlacedSolid;
 use crate::source::{Refusal, Result};
@@ -61,7 +61,7 @@ pub(crate) fn draft(
     if !faults.is_empty() {
         return Err(faults);
     }
-    let masses: Vec<Mass> = masses.into_iter().filter_map(Result::ok).collect();
+    let masses: Vec<ImportedMass> = masses.into_iter().filter_map(Result::ok).collect();
     for (k, mass) in masses.iter().enumerate().filter(|(k, _)| !tree.nodes[*k].absent) {
         drafter.body(k, mass);
     }
@@ -97,7 +97,7 @@ fn empty(robot: &Robot, options: &ImportOptions) -> Model {
 }
 
 /// The mass properties of a body, if there can be such a body.
-fn possible(node: &TreeBody, remarks: &mut Remarks) -> Result<Mass> {
+fn possible(node: &TreeBody, remarks: &mut Remarks) -> Result<ImportedMass> {
     let least = if node.absent { 0.0 } else { node.mass.least_euler_moment() };
     if least >= -1e-10 {
         return Ok(node.mass);
@@ -117,7 +117,7 @@ fn possible(node: &TreeBody, remarks: &mut Remarks) -> Result<Mass> {
 }
 
 impl Drafter<'_> {
-    fn body(&mut self, k: usize, mass: &Mass) {
+    fn body(&mut self, k: usize, mass: &ImportedMass) {
         let node = &self.tree.nodes[k];
         let coarse = |placed: &PlacedSolid| PlacedSolid {
             mesh: placed.mesh.clone().filter(|mesh| mesh.count <= self.finest),
@@ -172,8 +172,11 @@ impl Drafter<'_> {
         };
         let label = || format!("joint \"{}\"", joint.name);
         let ball = joint.kind == Mobility::Ball;
-        let elastic =
-            Elastic { stiffness: joint.stiffness, damping: joint.damping, rest: [plain(rest); 2] };
+        let elastic = ServoElasticity {
+            stiffness: joint.stiffness,
+            damping: joint.damping,
+            rest: [plain(rest); 2],
+        };
         let acts = |amounts: [f64; 3]| amounts[0] > 0.0 && !ball;
         let start = joint.reference + joint.value;
         let limits = joint.limits.map(|own| own.map(|limit| plain(limit - start)));
@@ -233,7 +236,7 @@ impl Drafter<'_> {
 }
 
 /// The servo of a joint of one coordinate.
-fn motor(joint: &crate::robot::Joint) -> Option<JointMotor> {
+fn motor(joint: &crate::robot::RobotJoint) -> Option<JointMotor> {
     let Servo { effort, proportional, derivative } = joint.servo;
     let start = joint.reference + joint.value;
     // an effort beside a gain is another set point

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Vector3};
 
 use crate::numbers::{NOISE, quaternion, vector};
 use crate::remark::Remarks;
-use crate::solid::{PlacedSolid, Solid};
+use crate::solid::{ImportedSolid, PlacedSolid};
 use crate::tree::BodyTree;
 
 /// A solid is about the centre of mass where their distance is below this part of its size.
@@ -60,7 +60,7 @@ pub(crate) fn part(placed: &PlacedSolid, to_body: &Isometry3<f64>) -> Shape {
     let position = pose.translation.vector.map(|x| if x.abs() <= rounded { 0.0 } else { x });
     let position = vector(&position);
     let quaternion = quaternion(&pose.rotation);
-    let is_ball = placed.mesh.is_none() && matches!(placed.solid, Solid::Sphere(_));
+    let is_ball = placed.mesh.is_none() && matches!(placed.solid, ImportedSolid::Sphere(_));
     let turned = !is_ball && quaternion[1..].iter().any(|c| *c != 0.0);
     let own = match &placed.mesh {
         None => placed.solid.shape(),

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use holonom_model::LineColumn;
 use serde::Serialize;
 
-use crate::source::{Place, Sources};
+use crate::source::{FilePlace, ImportSources};
 
 /// One thing that the model file does not have, or has in another form.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -68,14 +68,14 @@ impl std::fmt::Display for Remark {
 /// Remarks while a description is read, one for each message.
 #[derive(Debug, Default)]
 pub(crate) struct Remarks {
-    list: Vec<(String, Vec<(String, Place)>)>,
+    list: Vec<(String, Vec<(String, FilePlace)>)>,
     /// Where each message stands in the list.
     known: BTreeMap<String, usize>,
 }
 
 impl Remarks {
     /// A remark on what has this label and this place.
-    pub(crate) fn mention(&mut self, message: impl Into<String>, label: String, place: &Place) {
+    pub(crate) fn mention(&mut self, message: impl Into<String>, label: String, place: &FilePlace) {
         let elements = self.elements(message.into());
         elements.push((label, place.clone()));
     }
@@ -85,7 +85,7 @@ impl Remarks {
         self.elements(message.into());
     }
 
-    fn elements(&mut self, message: String) -> &mut Vec<(String, Place)> {
+    fn elements(&mut self, message: String) -> &mut Vec<(String, FilePlace)> {
         let next = self.list.len();
         let at = *self.known.entry(message.clone()).or_insert(next);
         if at == next {
@@ -95,10 +95,10 @@ impl Remarks {
     }
 
     /// The remarks with files, lines and columns.
-    pub(crate) fn located(self, sources: &Sources) -> Vec<Remark> {
+    pub(crate) fn located(self, sources: &ImportSources) -> Vec<Remark> {
         let places = self.list.iter().flat_map(|(_, elements)| elements).map(|(_, place)| place);
         let positions = sources.positions(places);
-        let mention = |(element, place): (String, Place)| {
+        let mention = |(element, place): (String, FilePlace)| {
             let LineColumn { line, column } = positions[&(place.file, place.span.start)];
             Mention { element, file: sources.name(place.file), line, column }
         };

@@ -1,8 +1,8 @@
 //! Moments of inertia that no body has, replaced by possible ones.
 
-use crate::mass::{Mass, ROUNDED};
+use crate::mass::{ImportedMass, ROUNDED};
 use crate::remark::Remarks;
-use crate::solid::Solid;
+use crate::solid::ImportedSolid;
 use crate::tree_body::TreeBody;
 
 /// Density where nothing tells another one, kg/m³.
@@ -30,16 +30,21 @@ pub(crate) fn repaired(node: &mut TreeBody, remarks: &mut Remarks) {
         _ => {
             let shown = node.solids.iter().filter(|placed| placed.solid.is_solid());
             let largest =
-                shown.max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume())).map(|p| Mass {
-                    center: node.mass.center,
-                    ..p.solid.with_mass(node.mass.mass).moved(&p.pose)
+                shown.max_by(|a, b| a.solid.volume().total_cmp(&b.solid.volume())).map(|p| {
+                    ImportedMass {
+                        center: node.mass.center,
+                        ..p.solid.with_mass(node.mass.mass).moved(&p.pose)
+                    }
                 });
             match largest {
                 Some(mass) => (mass, "those of its largest geometry"),
                 None => {
                     let radius = libm::cbrt(0.75 * node.mass.mass / (std::f64::consts::PI * WATER));
-                    let ball = Solid::Sphere(radius).with_mass(node.mass.mass);
-                    (Mass { center: node.mass.center, ..ball }, "those of a ball of 1000 kg/m³")
+                    let ball = ImportedSolid::Sphere(radius).with_mass(node.mass.mass);
+                    (
+                        ImportedMass { center: node.mass.center, ..ball },
+                        "those of a ball of 1000 kg/m³",
+                    )
                 }
             }
         }

@@ -5,10 +5,10 @@ use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 use holonom_model::{SensorKind, nearest};
 
 use crate::Close;
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 use crate::solid::PlacedSolid;
-use crate::source::{Place, Refusal, Result, SourceText};
-use crate::surface::{Exclusion, GeomPair, GroundPlane, Touching};
+use crate::source::{FilePlace, Refusal, Result, SourceText};
+use crate::surface::{Exclusion, GeomPair, GroundPlane, TouchingSolid};
 
 /// A robot.
 #[derive(Debug)]
@@ -21,10 +21,10 @@ pub(crate) struct Robot {
     /// Time step, s.
     pub(crate) step: f64,
     /// A link stands after its parent.
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<RobotLink>,
     pub(crate) loops: Vec<LoopJoint>,
     pub(crate) gears: Vec<Gear>,
-    pub(crate) gauges: Vec<Gauge>,
+    pub(crate) gauges: Vec<RobotSensor>,
     pub(crate) tendons: Vec<Tendon>,
     /// Places that have a name.
     pub(crate) frames: Vec<NamedFrame>,
@@ -52,16 +52,17 @@ pub(crate) struct NamedFrame {
 
 impl NamedFrame {
     /// The frame of a link.
-    pub(crate) fn of_link(number: usize, link: &Link) -> Self {
+    pub(crate) fn of_link(number: usize, link: &RobotLink) -> Self {
         Self { name: link.name.clone(), link: Some(number), pose: Isometry3::identity() }
     }
 }
 
 /// The pose in space of what has `pose` in a link, each link `placed` in the one before it.
 pub(crate) fn in_space(
-    links: &[Link],
-    (link, pose): (Option<usize>, Isometry3<f64>),
-    placed: impl Fn(&Link) -> Isometry3<f64>,
+    links: &[RobotLink],
+    link: Option<usize>,
+    pose: Isometry3<f64>,
+    placed: impl Fn(&RobotLink) -> Isometry3<f64>,
 ) -> Isometry3<f64> {
     let (mut pose, mut at) = (pose, link);
     while let Some(link) = at.map(|link| &links[link]) {
@@ -80,7 +81,7 @@ pub(crate) struct Unread {
 
 /// A link.
 #[derive(Clone, Debug)]
-pub(crate) struct Link {
+pub(crate) struct RobotLink {
     pub(crate) name: String,
     /// `None`: the ground.
     pub(crate) parent: Option<usize>,
@@ -89,14 +90,14 @@ pub(crate) struct Link {
     /// It moves freely; then it has no joints.
     pub(crate) free: bool,
     /// Joints to the parent, that at the parent first; without any it is welded to the parent.
-    pub(crate) joints: Vec<Joint>,
+    pub(crate) joints: Vec<RobotJoint>,
     /// In its frame.
-    pub(crate) mass: Mass,
+    pub(crate) mass: ImportedMass,
     /// In its frame.
     pub(crate) solids: Vec<PlacedSolid>,
     /// What touches others, in its frame.
-    pub(crate) touching: Vec<Touching>,
-    pub(crate) place: Place,
+    pub(crate) touching: Vec<TouchingSolid>,
+    pub(crate) place: FilePlace,
 }
 
 /// Kind of a joint.
@@ -117,7 +118,7 @@ impl Mobility {
 
 /// A joint of a link.
 #[derive(Clone, Debug)]
-pub(crate) struct Joint {
+pub(crate) struct RobotJoint {
     pub(crate) name: String,
     pub(crate) kind: Mobility,
     /// Axis, or normal of the plane, in the frame of the link.
@@ -128,7 +129,7 @@ pub(crate) struct Joint {
     pub(crate) reference: f64,
     /// Displacement from the drawn configuration initially, m or rad.
     pub(crate) value: f64,
-    /// Coefficients of [`Elastic`]; N·s/m or N·m·s/rad.
+    /// Coefficients of [`ServoElasticity`]; N·s/m or N·m·s/rad.
     pub(crate) damping: [f64; 3],
     /// N/m or N·m/rad.
     pub(crate) stiffness: [f64; 3],
@@ -143,7 +144,7 @@ pub(crate) struct Joint {
     pub(crate) servo: Servo,
     /// Whether a tendon reads its coordinate.
     pub(crate) in_tendon: bool,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// A force along a length or an angle `l`: `effort − proportional l − derivative l̇`.
@@ -170,7 +171,7 @@ impl Servo {
 /// A force along a length beside its servo, with the elongation `e` beyond a rest:
 /// `−k_0 e − k_1 e² − k_2 e³ − c_0 l̇ − c_1 l̇ |l̇| − c_2 l̇³`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Elastic {
+pub(crate) struct ServoElasticity {
     pub(crate) stiffness: [f64; 3],
     pub(crate) damping: [f64; 3],
     /// No elongation in between, m or rad.
@@ -181,19 +182,19 @@ pub(crate) struct Elastic {
 #[derive(Clone, Debug)]
 pub(crate) struct Tendon {
     pub(crate) name: String,
-    pub(crate) path: Path,
-    pub(crate) elastic: Elastic,
+    pub(crate) path: LengthPath,
+    pub(crate) elastic: ServoElasticity,
     pub(crate) servo: Servo,
     /// Whether a sensor reads it.
     pub(crate) is_read: bool,
     /// Kind and name in the description.
     pub(crate) label: String,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// What a length is of.
 #[derive(Clone, Debug)]
-pub(crate) enum Path {
+pub(crate) enum LengthPath {
     /// A sum of coordinates of joints of one coordinate with their coefficients.
     Joints(Vec<(String, f64)>),
     /// A sum of distances with their coefficients.
@@ -213,7 +214,7 @@ pub(crate) struct LoopJoint {
     /// In the frame of the first link, for kinds that have one.
     pub(crate) axis: Unit<Vector3<f64>>,
     pub(crate) kind: LoopJointKind,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// What closes a loop.
@@ -239,18 +240,18 @@ pub(crate) struct Gear {
     pub(crate) of: Option<String>,
     pub(crate) offset: f64,
     pub(crate) factor: f64,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// A sensor.
 #[derive(Clone, Debug)]
-pub(crate) struct Gauge {
+pub(crate) struct RobotSensor {
     pub(crate) name: String,
     pub(crate) kind: SensorKind,
     pub(crate) of: GaugeOf,
     /// Kind and name in the description.
     pub(crate) label: String,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
 }
 
 /// What a sensor is of.
@@ -295,19 +296,19 @@ impl Robot {
                 frames: [a.pose, b.pose],
                 axis: Unit::new_unchecked(a.pose.rotation * Vector3::z()),
                 kind: *kind,
-                place: Place { file: 0, span: 0..file.text.len().min(1) },
+                place: FilePlace { file: 0, span: 0..file.text.len().min(1) },
             });
         }
         Ok(())
     }
 
     /// The joint of this name, to change it.
-    pub(crate) fn joint_mut(&mut self, name: &str) -> Option<&mut Joint> {
+    pub(crate) fn joint_mut(&mut self, name: &str) -> Option<&mut RobotJoint> {
         self.links.iter_mut().flat_map(|l| &mut l.joints).find(|j| j.name == name)
     }
 }
 
-impl Joint {
+impl RobotJoint {
     /// The pose of the link behind the joint, from that before it.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
         self.moved_by(pose, self.value)

@@ -9,13 +9,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use holonom_model::{Body, BodyNames, Contact, ContactSide};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::directors::set_frame;
-use vi_rigid::gap::{ContactShape, Pair, has_gap};
+use vi_rigid::gap::{ContactShape, ShapePair, has_gap};
 
 use crate::drafter::Drafter;
 use crate::massless::some;
 use crate::remark::Remarks;
 use crate::robot::Robot;
-use crate::surface::{BodyPairs, Exclusion, GeomPair, Touching};
+use crate::surface::{BodyPairs, Exclusion, GeomPair, TouchingSolid};
 use crate::tree::BodyTree;
 
 /// Shapes that overlap by more than this part of their size are left out.
@@ -39,7 +39,7 @@ pub(crate) fn body_pairs(robot: &Robot, tree: &BodyTree, remarks: &mut Remarks) 
     let mut pairs = BodyPairs::new();
     for (k, (i, a)) in nodes.iter().enumerate() {
         for (j, b) in nodes[k + 1..].iter().filter(|(j, _)| !apart.contains(&ordered(*i, *j))) {
-            let shown = |own: &&Touching| own.placed.is_shown();
+            let shown = |own: &&TouchingSolid| own.placed.is_shown();
             let all = a.touching.iter().filter(shown).flat_map(|own| {
                 let others = b.touching.iter().filter(shown);
                 others.map(move |other| (own, other))
@@ -55,7 +55,7 @@ pub(crate) fn body_pairs(robot: &Robot, tree: &BodyTree, remarks: &mut Remarks) 
     let mut unknown = Vec::new();
     for GeomPair { geoms, friction } in &robot.geom_pairs {
         let of = |name: &str| {
-            let has = |own: &&Touching| own.name.as_deref() == Some(name);
+            let has = |own: &&TouchingSolid| own.name.as_deref() == Some(name);
             nodes.iter().find_map(|(k, node)| Some((*k, node.touching.iter().find(has)?)))
         };
         let Some(((i, a), (j, b))) = of(&geoms[0]).zip(of(&geoms[1])) else {
@@ -92,7 +92,7 @@ impl Drafter<'_> {
                 [a, b].iter().zip(&shapes).all(|(a, own)| own.len() == a.contact_shapes().len());
             if !all || !both().all(|(a, b)| has_gap(a, b)) {
                 unavailable.push(names());
-            } else if both().any(|(of_a, of_b)| overlap((a, of_a), (b, of_b))) {
+            } else if both().any(|(of_a, of_b)| overlap(a, of_a, b, of_b)) {
                 overlapping.push(names());
             } else {
                 by_friction.entry(friction.to_bits()).or_default().insert([i, j]);
@@ -153,13 +153,13 @@ fn rules(mut pairs: BTreeSet<[usize; 2]>) -> Vec<(Vec<usize>, Vec<usize>)> {
 }
 
 /// Whether shapes of two bodies overlap where these are drawn.
-fn overlap((a, of_a): (&Body, &ContactShape), (b, of_b): (&Body, &ContactShape)) -> bool {
+fn overlap(a: &Body, of_a: &ContactShape, b: &Body, of_b: &ContactShape) -> bool {
     let frame = |body: &Body| {
         let mut frame = [0.0; 12];
         set_frame(&mut frame, &Vector3::from(body.position), &body.rotation());
         frame
     };
-    let Ok(pair) = Pair::new(of_a.clone(), of_b.clone()) else { return true };
+    let Ok(pair) = ShapePair::new(of_a.clone(), of_b.clone()) else { return true };
     let mut found = Vec::new();
     pair.active(&frame(a), &frame(b), f64::MAX, &mut found);
     let smallest = found.iter().map(|(_, gap)| *gap).min_by(f64::total_cmp);

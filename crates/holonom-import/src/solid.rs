@@ -6,11 +6,11 @@ use std::f64::consts::PI;
 use holonom_model::{Shape, ShapeKind};
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 
 /// A solid about its centre; axes of revolution are the third axis. Lengths in m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Solid {
+pub(crate) enum ImportedSolid {
     /// Half edges.
     Box([f64; 3]),
     /// Radius.
@@ -26,7 +26,7 @@ pub(crate) enum Solid {
 /// A solid at a place of a link.
 #[derive(Clone, Debug)]
 pub(crate) struct PlacedSolid {
-    pub(crate) solid: Solid,
+    pub(crate) solid: ImportedSolid,
     pub(crate) pose: Isometry3<f64>,
     /// The mesh in the box that is the solid.
     pub(crate) mesh: Option<Triangles>,
@@ -57,11 +57,11 @@ impl PlacedSolid {
         let [x, y, z]: [f64; 3] = up.abs().into();
         let across = x.hypot(y);
         let reach = match self.solid {
-            Solid::Box([a, b, c]) => a * x + b * y + c * z,
-            Solid::Sphere(r) => r,
-            Solid::Cylinder(r, l) => r * across + l * z,
-            Solid::Capsule(r, l) => r + l * z,
-            Solid::Ellipsoid([a, b, c]) => Vector3::new(a * x, b * y, c * z).norm(),
+            ImportedSolid::Box([a, b, c]) => a * x + b * y + c * z,
+            ImportedSolid::Sphere(r) => r,
+            ImportedSolid::Cylinder(r, l) => r * across + l * z,
+            ImportedSolid::Capsule(r, l) => r + l * z,
+            ImportedSolid::Ellipsoid([a, b, c]) => Vector3::new(a * x, b * y, c * z).norm(),
         };
         self.pose.translation.z - reach
     }
@@ -72,7 +72,7 @@ impl PlacedSolid {
     }
 }
 
-impl Solid {
+impl ImportedSolid {
     /// Volume, m³.
     pub(crate) fn volume(&self) -> f64 {
         match *self {
@@ -142,12 +142,12 @@ impl Solid {
     }
 
     /// Mass properties about the centre for a mass, kg.
-    pub(crate) fn with_mass(&self, mass: f64) -> Mass {
+    pub(crate) fn with_mass(&self, mass: f64) -> ImportedMass {
         of_euler(self.euler(), mass)
     }
 
     /// The same for a mass on the surface.
-    pub(crate) fn shell_with_mass(&self, mass: f64) -> Mass {
+    pub(crate) fn shell_with_mass(&self, mass: f64) -> ImportedMass {
         of_euler(self.shell_euler(), mass)
     }
 
@@ -173,9 +173,9 @@ impl Solid {
 const THOMSEN: f64 = 1.6075;
 
 /// Mass properties about the centre for mean squares of the coordinates.
-fn of_euler([a, b, c]: [f64; 3], mass: f64) -> Mass {
+fn of_euler([a, b, c]: [f64; 3], mass: f64) -> ImportedMass {
     let J = Matrix3::from_diagonal(&Vector3::new(b + c, c + a, a + b)) * mass;
-    Mass { mass, center: Vector3::zeros(), J }
+    ImportedMass { mass, center: Vector3::zeros(), J }
 }
 
 /// A cylinder of half length `l` with half balls of radius `r` at its ends.
@@ -195,18 +195,24 @@ mod tests {
 
     #[test]
     fn a_capsule_without_length_is_a_sphere_and_a_long_one_a_cylinder() {
-        let difference = |a: Solid, b: Solid, scale: f64| {
+        let difference = |a: ImportedSolid, b: ImportedSolid, scale: f64| {
             (a.with_mass(1.0).J - b.with_mass(1.0).J).amax() / scale
         };
-        let short = difference(Solid::Capsule(0.3, 0.0), Solid::Sphere(0.3), 1.0);
+        let short = difference(ImportedSolid::Capsule(0.3, 0.0), ImportedSolid::Sphere(0.3), 1.0);
         assert!(short < 1e-16, "{short:e}");
-        let long = difference(Solid::Capsule(1e-9, 1.0), Solid::Cylinder(1e-9, 1.0), 1.0);
+        let long =
+            difference(ImportedSolid::Capsule(1e-9, 1.0), ImportedSolid::Cylinder(1e-9, 1.0), 1.0);
         assert!(long < 1e-8, "{long:e}");
-        let shells = [Solid::Capsule(0.3, 0.0), Solid::Sphere(0.3), Solid::Ellipsoid([0.3; 3])];
+        let shells = [
+            ImportedSolid::Capsule(0.3, 0.0),
+            ImportedSolid::Sphere(0.3),
+            ImportedSolid::Ellipsoid([0.3; 3]),
+        ];
         let spread = shells.map(|s| s.shell_with_mass(1.0).J - shells[1].shell_with_mass(1.0).J);
         let spread = spread.iter().fold(0.0_f64, |most, J| most.max(J.amax()));
         assert!(spread < 1e-16, "shells of a sphere: {spread:e}");
-        let volume = Solid::Capsule(0.3, 0.0).volume() - Solid::Sphere(0.3).volume();
+        let volume =
+            ImportedSolid::Capsule(0.3, 0.0).volume() - ImportedSolid::Sphere(0.3).volume();
         assert!(volume.abs() < 1e-16, "{volume:e}");
     }
 }

@@ -10,7 +10,7 @@ use crate::ImportError;
 
 /// A place in one of the files.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
+pub(crate) struct FilePlace {
     /// Which file, counted from 0.
     pub(crate) file: usize,
     /// Its bytes.
@@ -20,7 +20,7 @@ pub(crate) struct Place {
 /// What makes a translation impossible: where, what, what instead.
 #[derive(Clone, Debug)]
 pub(crate) struct Refusal {
-    place: Option<Place>,
+    place: Option<FilePlace>,
     message: String,
     help: String,
 }
@@ -30,7 +30,11 @@ pub(crate) type Result<T> = std::result::Result<T, Refusal>;
 
 impl Refusal {
     /// A fault at a place.
-    pub(crate) fn at(place: &Place, message: impl Into<String>, help: impl Into<String>) -> Self {
+    pub(crate) fn at(
+        place: &FilePlace,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
         Self { place: Some(place.clone()), message: message.into(), help: help.into() }
     }
 
@@ -54,11 +58,11 @@ pub(crate) struct SourceText {
 
 /// All files of a description; the first is the one that was named.
 #[derive(Debug, Default)]
-pub(crate) struct Sources {
+pub(crate) struct ImportSources {
     pub(crate) files: Vec<SourceText>,
 }
 
-impl Sources {
+impl ImportSources {
     /// Reads another file; its number.
     pub(crate) fn read(&mut self, path: &Path) -> std::result::Result<usize, ImportError> {
         let text = read_text(path)
@@ -81,7 +85,7 @@ impl Sources {
     /// once.
     pub(crate) fn positions<'a>(
         &self,
-        places: impl Iterator<Item = &'a Place>,
+        places: impl Iterator<Item = &'a FilePlace>,
     ) -> BTreeMap<(usize, usize), LineColumn> {
         let start = LineColumn { line: 1, column: 1 };
         let mut positions: BTreeMap<_, _> =

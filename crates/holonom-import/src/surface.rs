@@ -22,7 +22,7 @@ pub(crate) type BodyPairs = BTreeMap<[usize; 2], f64>;
 
 /// What touches, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Surface {
+pub(crate) struct TouchingSurface {
     pub(crate) friction: f64,
     /// Its own bits, and those of what it touches.
     pub(crate) groups: [u32; 2],
@@ -30,13 +30,13 @@ pub(crate) struct Surface {
     pub(crate) is_paired: bool,
 }
 
-impl Default for Surface {
+impl Default for TouchingSurface {
     fn default() -> Self {
         Self { friction: FRICTION, groups: [1, 1], is_paired: false }
     }
 }
 
-impl Surface {
+impl TouchingSurface {
     /// Whether two may touch.
     pub(crate) fn touches(&self, other: &Self) -> bool {
         self.groups[0] & other.groups[1] != 0 || other.groups[0] & self.groups[1] != 0
@@ -45,13 +45,13 @@ impl Surface {
 
 /// A solid of a link that touches.
 #[derive(Clone, Debug)]
-pub(crate) struct Touching {
+pub(crate) struct TouchingSolid {
     pub(crate) name: Option<String>,
     pub(crate) placed: PlacedSolid,
-    pub(crate) surface: Surface,
+    pub(crate) surface: TouchingSurface,
 }
 
-impl Touching {
+impl TouchingSolid {
     /// The same in another frame, in which this frame has the given pose.
     pub(crate) fn moved(&self, pose: &Isometry3<f64>) -> Self {
         let (name, placed) = (self.name.clone(), self.placed.moved(pose));
@@ -76,5 +76,5 @@ pub(crate) struct GeomPair {
 pub(crate) struct GroundPlane {
     pub(crate) name: String,
     pub(crate) pose: Isometry3<f64>,
-    pub(crate) surface: Surface,
+    pub(crate) surface: TouchingSurface,
 }

@@ -7,13 +7,13 @@ use holonom_model::{
 use crate::drafter::Drafter;
 use crate::numbers::{plain, vector};
 use crate::remark::Remarks;
-use crate::robot::{Elastic, NamedFrame, Path, Servo, Tendon};
+use crate::robot::{LengthPath, NamedFrame, Servo, ServoElasticity, Tendon};
 
 const NO_FORCE: &str = "tendons that neither pull nor are read: not translated";
 const OF_OTHERS: &str =
     "tendons of joints that are no joint of one coordinate in the model: not translated";
 
-impl Elastic {
+impl ServoElasticity {
     pub(crate) fn is_nothing(&self) -> bool {
         [self.stiffness, self.damping] == [[0.0; 3]; 2]
     }
@@ -105,17 +105,21 @@ fn tidy(text: &str) -> String {
 }
 
 /// Two points whose distance a law or a sensor reads.
-struct Segment {
+struct TendonSegment {
     ends: [(String, [f64; 3]); 2],
     factor: f64,
 }
 
 impl Drafter<'_> {
     /// What a joint has beside its spring and damper: a law for each.
-    pub(crate) fn beyond_linear(&mut self, joint: &str, freedom: usize, elastic: &Elastic) {
+    pub(crate) fn beyond_linear(&mut self, joint: &str, freedom: usize, elastic: &ServoElasticity) {
         let [_, k1, k2] = elastic.stiffness;
         let [_, c1, c2] = elastic.damping;
-        let own = Elastic { stiffness: [0.0, k1, k2], damping: [0.0, c1, c2], rest: elastic.rest };
+        let own = ServoElasticity {
+            stiffness: [0.0, k1, k2],
+            damping: [0.0, c1, c2],
+            rest: elastic.rest,
+        };
         for (suffix, effort) in [("stiffening", own.pull("x")), ("drag", own.drag("v"))] {
             if effort.is_empty() {
                 continue;
@@ -128,7 +132,7 @@ impl Drafter<'_> {
 
     /// Spring and damper of a ball joint: a torque against the rotation vector, and one against the
     /// relative angular velocity.
-    pub(crate) fn around_ball(&mut self, joint: &str, elastic: &Elastic) {
+    pub(crate) fn around_ball(&mut self, joint: &str, elastic: &ServoElasticity) {
         let ([stiffness, ..], [damping, ..]) = (elastic.stiffness, elastic.damping);
         let Some(own) = self.draft.model.joint(joint).cloned() else { return };
         if stiffness != 0.0 {
@@ -160,13 +164,13 @@ impl Drafter<'_> {
             return;
         }
         match &tendon.path {
-            Path::Joints(terms) => {
+            LengthPath::Joints(terms) => {
                 if self.along_joints(tendon, terms, pulls).is_none() {
                     remarks.mention(OF_OTHERS, tendon.label.clone(), &tendon.place);
                 }
             }
-            Path::Points(parts) => self.along_points(tendon, parts, pulls),
-            Path::Other => {} // the remark is there
+            LengthPath::Points(parts) => self.along_points(tendon, parts, pulls),
+            LengthPath::Other => {} // the remark is there
         }
     }
 
@@ -260,7 +264,7 @@ impl Drafter<'_> {
                 let name = node.map_or_else(|| GROUND.to_owned(), |k| self.bodies[k].clone());
                 (name, vector(&pose.translation.vector))
             });
-            segments.push(Segment { ends, factor: *factor });
+            segments.push(TendonSegment { ends, factor: *factor });
         }
         match &segments[..] {
             [only] if fixed == 0.0 && is_one(only.factor) && !tendon.is_read => {
@@ -271,7 +275,7 @@ impl Drafter<'_> {
     }
 
     /// A force between two points alone.
-    fn direct(&mut self, tendon: &Tendon, segment: &Segment) {
+    fn direct(&mut self, tendon: &Tendon, segment: &TendonSegment) {
         let name = self.names.unique(&tendon.name, "tendon");
         let elastic = &tendon.elastic;
         if elastic.is_spring() && tendon.servo == Servo::default() {
@@ -296,7 +300,7 @@ impl Drafter<'_> {
     }
 
     /// A tension between two points.
-    fn pull(&mut self, name: String, segment: &Segment, tension: String) {
+    fn pull(&mut self, name: String, segment: &TendonSegment, tension: String) {
         let [(from, point_from), (to, point_to)] = segment.ends.clone();
         self.draft.model.laws.push(Law {
             name,
@@ -310,7 +314,13 @@ impl Drafter<'_> {
     }
 
     /// A force along the sum of distances.
-    fn through_signals(&mut self, tendon: &Tendon, segments: &[Segment], fixed: f64, pulls: bool) {
+    fn through_signals(
+        &mut self,
+        tendon: &Tendon,
+        segments: &[TendonSegment],
+        fixed: f64,
+        pulls: bool,
+    ) {
         let [mut lengths, mut rates] = [Vec::new(), Vec::new()];
         for (k, segment) in segments.iter().enumerate() {
             let [a, b] = &segment.ends;

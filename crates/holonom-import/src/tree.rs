@@ -3,14 +3,14 @@
 //!
 //! A link with several joints becomes several bodies, and so some bodies have no mass. Where a
 //! neighbour beyond a hinge has mass, a rod on the axis of that hinge is transferred from it
-//! ([`Mass::rod`]), which does not change the motion.
+//! ([`ImportedMass::rod`]), which does not change the motion.
 
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 use crate::remark::Remarks;
 use crate::repair::{repaired, short};
-use crate::robot::{Joint, Link, Mobility, Robot, Servo};
+use crate::robot::{Mobility, Robot, RobotJoint, RobotLink, Servo};
 use crate::source::{Refusal, Result};
 use crate::tree_body::{Connection, TreeBody};
 
@@ -53,7 +53,7 @@ impl BodyTree {
         body * self.pose_in_body[link]
     }
 
-    fn add(&mut self, link: &Link, remarks: &mut Remarks) {
+    fn add(&mut self, link: &RobotLink, remarks: &mut Remarks) {
         let parent = link.parent.and_then(|p| self.body_of[p]);
         if link.joints.is_empty() && !link.free {
             self.weld(link, parent, remarks);
@@ -79,7 +79,7 @@ impl BodyTree {
             let node = self.nodes.last_mut().expect("it was pushed");
             if k + 1 < joints.len() {
                 node.name = format!("{}_{}", link.name, joint.name);
-                node.mass = Mass::default();
+                node.mass = ImportedMass::default();
                 node.solids.clear();
                 node.touching.clear();
             }
@@ -90,7 +90,7 @@ impl BodyTree {
 
     fn push(
         &mut self,
-        link: &Link,
+        link: &RobotLink,
         parent: Option<usize>,
         connection: Connection,
         pose: Isometry3<f64>,
@@ -111,7 +111,7 @@ impl BodyTree {
     }
 
     /// A link without joints belongs to the body of its parent.
-    fn weld(&mut self, link: &Link, body: Option<usize>, remarks: &mut Remarks) {
+    fn weld(&mut self, link: &RobotLink, body: Option<usize>, remarks: &mut Remarks) {
         let before = link.parent.map_or(Isometry3::identity(), |p| self.pose_in_body[p]);
         let pose = before * link.frame;
         match body {
@@ -132,13 +132,18 @@ impl BodyTree {
     }
 
     /// The joints of a link as pairs of the model file; none where they leave the link free.
-    fn pairs(&self, link: &Link, parent: Option<usize>, remarks: &mut Remarks) -> Vec<Joint> {
+    fn pairs(
+        &self,
+        link: &RobotLink,
+        parent: Option<usize>,
+        remarks: &mut Remarks,
+    ) -> Vec<RobotJoint> {
         let joints = &link.joints;
-        let alone = |j: &Joint| j.servo != Servo::default() || j.in_tendon;
+        let alone = |j: &RobotJoint| j.servo != Servo::default() || j.in_tendon;
         if joints.iter().any(alone) {
             return joints.clone();
         }
-        let plain = |j: &Joint| [j.damping, j.stiffness] == [[0.0; 3]; 2];
+        let plain = |j: &RobotJoint| [j.damping, j.stiffness] == [[0.0; 3]; 2];
         let of = |kind: Mobility| joints.iter().filter(move |j| j.kind == kind).collect::<Vec<_>>();
         let (hinges, slides, balls) =
             (of(Mobility::Hinge), of(Mobility::Slide), of(Mobility::Ball));
@@ -167,10 +172,10 @@ impl BodyTree {
         self.say(link, "two slides and a hinge normal to them: one planar pair", remarks);
         let name = joints.iter().map(|j| j.name.as_str()).collect::<Vec<_>>().join("_");
         let armature = [s, t, hinge.armature[0]];
-        vec![Joint { name, kind: Mobility::Planar, armature, ..(*hinge).clone() }]
+        vec![RobotJoint { name, kind: Mobility::Planar, armature, ..(*hinge).clone() }]
     }
 
-    fn say(&self, link: &Link, message: &str, remarks: &mut Remarks) {
+    fn say(&self, link: &RobotLink, message: &str, remarks: &mut Remarks) {
         remarks.mention(message, format!("link \"{}\"", link.name), &link.place);
     }
 
@@ -247,7 +252,7 @@ impl BodyTree {
         let inverse = self.nodes[k].pose.inverse();
         let u = inverse.rotation * axis;
         let center = inverse.transform_point(&point.into()).coords;
-        let rod = Mass::thin_rod(0.25 * mass, center, &u, 0.25 * size);
+        let rod = ImportedMass::thin_rod(0.25 * mass, center, &u, 0.25 * size);
         let label = format!("{} kg to \"{}\"", short(rod.mass), self.nodes[k].name);
         remarks.mention(RODS, label, &self.nodes[k].place);
         let note = "A rod on the axis of its hinge was added: it has no inertia about that axis, and does not change the motion.";
@@ -273,7 +278,7 @@ impl BodyTree {
             return Err(Refusal::at(&node.place, message, help));
         }
         let inertia = Matrix3::identity() * (SMALL * size);
-        let small = Mass { mass: SMALL * mass, center: node.mass.center, J: inertia };
+        let small = ImportedMass { mass: SMALL * mass, center: node.mass.center, J: inertia };
         let message = "without mass or inertia: a millionth of what is behind it was added";
         remarks.mention(message, format!("link \"{}\"", node.name), &node.place);
         self.receive(k, &small, "A millionth of what is behind it was added.".to_owned());
@@ -296,7 +301,7 @@ impl BodyTree {
         (mass, size)
     }
 
-    fn receive(&mut self, k: usize, part: &Mass, note: String) {
+    fn receive(&mut self, k: usize, part: &ImportedMass, note: String) {
         let node = &mut self.nodes[k];
         node.mass = node.mass.plus(part);
         node.note = Some(note);
@@ -314,7 +319,7 @@ impl BodyTree {
 }
 
 /// Whether no axis is a combination of the others.
-fn independent(joints: &[&Joint]) -> bool {
+fn independent(joints: &[&RobotJoint]) -> bool {
     match joints {
         [a, b, c] => a.axis.cross(&b.axis).dot(&c.axis).abs() > 1e-6,
         _ => false,

@@ -2,11 +2,11 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use crate::mass::Mass;
-use crate::robot::Joint;
+use crate::mass::ImportedMass;
+use crate::robot::RobotJoint;
 use crate::solid::PlacedSolid;
-use crate::source::Place;
-use crate::surface::Touching;
+use crate::source::FilePlace;
+use crate::surface::TouchingSolid;
 
 /// A body of the model.
 #[derive(Clone, Debug)]
@@ -18,16 +18,16 @@ pub(crate) struct TreeBody {
     /// Pose of its frame in space, initially.
     pub(crate) pose: Isometry3<f64>,
     /// In its frame.
-    pub(crate) mass: Mass,
+    pub(crate) mass: ImportedMass,
     /// In its frame.
     pub(crate) solids: Vec<PlacedSolid>,
     /// In its frame.
-    pub(crate) touching: Vec<Touching>,
+    pub(crate) touching: Vec<TouchingSolid>,
     /// Links welded to it.
     pub(crate) welded: Vec<String>,
     /// Where its mass comes from, if not from the description.
     pub(crate) note: Option<String>,
-    pub(crate) place: Place,
+    pub(crate) place: FilePlace,
     /// It is left out: nothing has mass there.
     pub(crate) absent: bool,
 }
@@ -38,5 +38,5 @@ pub(crate) enum Connection {
     /// It moves freely.
     Free,
     /// By a joint whose axis and point are given in space, initially.
-    Joint { joint: Box<Joint>, axis: Vector3<f64>, point: Vector3<f64> },
+    Joint { joint: Box<RobotJoint>, axis: Vector3<f64>, point: Vector3<f64> },
 }

@@ -344,7 +344,7 @@ impl Shape {
     ) -> Option<ContactShape> {
         let at = |k: usize| self.dimensions.get(k).copied().unwrap_or_default();
         let position = Vector3::from(self.position.unwrap_or_default());
-        self.contact_shape_of(axes, (&at, position), corners)
+        self.contact_shape_of(axes, &at, position, corners)
     }
 
     /// The same with these dimensions and this place; corners as they are.
@@ -352,7 +352,8 @@ impl Shape {
     pub fn contact_shape_of<S: Number>(
         &self,
         axes: &Matrix3<f64>,
-        (at, position): (&dyn Fn(usize) -> S, Vector3<S>),
+        at: &dyn Fn(usize) -> S,
+        position: Vector3<S>,
         corners: Vec<Vector3<f64>>,
     ) -> Option<ContactShape<S>> {
         let inwards = axes.transpose();

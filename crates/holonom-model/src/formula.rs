@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::Model;
-use crate::expression::{Curve, ExpressionError, Known, Program, Surface, is_reserved, is_word};
+use crate::expression::{
+    Curve, ExpressionError, ExpressionProgram, KnownName, Surface, is_reserved, is_word,
+};
 use crate::text::problem::nearest;
 use crate::types::law::Formula;
 use crate::types::table::Table;
@@ -41,7 +43,7 @@ pub const TIME: [&str; 1] = ["t"];
 
 /// The tables of a model, by their names.
 #[derive(Clone, Debug)]
-pub struct Curves<'a>(BTreeMap<&'a str, Known>);
+pub struct Curves<'a>(BTreeMap<&'a str, KnownName>);
 
 impl<'a> Curves<'a> {
     /// Those of a model whose tables are valid.
@@ -49,15 +51,15 @@ impl<'a> Curves<'a> {
     pub fn new(model: &'a Model) -> Self {
         let valid = model.tables.iter().filter(|table| table.fault().is_none());
         let own = |table: &'a Table| {
-            let surface = Surface::new(table).map(Known::Surface);
-            (table.name.as_str(), surface.unwrap_or_else(|| Known::Curve(Curve::new(table))))
+            let surface = Surface::new(table).map(KnownName::Surface);
+            (table.name.as_str(), surface.unwrap_or_else(|| KnownName::Curve(Curve::new(table))))
         };
         Self(valid.map(own).collect())
     }
 
     /// The table of this name.
     #[must_use]
-    pub fn known(&self, name: &str) -> Option<Known> {
+    pub fn known(&self, name: &str) -> Option<KnownName> {
         self.0.get(name).cloned()
     }
 
@@ -67,7 +69,7 @@ impl<'a> Curves<'a> {
     }
 
     /// An expression of the time alone; `None` where it is none.
-    pub(crate) fn of_time(&self, formula: &Formula) -> Option<Program> {
+    pub(crate) fn of_time(&self, formula: &Formula) -> Option<ExpressionProgram> {
         self.compile(formula, &TIME).ok()
     }
 
@@ -75,13 +77,17 @@ impl<'a> Curves<'a> {
     ///
     /// # Errors
     /// [`ExpressionError`].
-    pub fn compile(&self, formula: &Formula, own: &[&str]) -> Result<Program, ExpressionError> {
+    pub fn compile(
+        &self,
+        formula: &Formula,
+        own: &[&str],
+    ) -> Result<ExpressionProgram, ExpressionError> {
         let text = formula.0.as_str();
         let mut known = |name: &str| {
-            let input = own.iter().position(|own| *own == name).map(Known::Input);
+            let input = own.iter().position(|own| *own == name).map(KnownName::Input);
             input.or_else(|| self.known(name))
         };
-        Program::parse(text, &mut known).map_err(|error| {
+        ExpressionProgram::parse(text, &mut known).map_err(|error| {
             let Some(name) = error.unknown.clone() else { return error };
             let names = || own.iter().copied().chain(self.0.keys().copied());
             let help = match nearest(&name, names().filter(|own| own.len() > 1)) {

@@ -15,7 +15,7 @@ pub(crate) struct Hermite<T = f64> {
 
 /// The ends of a spline.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Ends<T = f64> {
+pub(crate) enum SplineEnds<T = f64> {
     /// These rates.
     Clamped([T; 2]),
     /// No second derivative.
@@ -29,7 +29,7 @@ impl<T: Number> Hermite<T> {
     /// r_{k−1}/h_{k−1} + 2 (1/h_{k−1} + 1/h_k) r_k + r_{k+1}/h_k = 3 (Δ_{k−1}/h_{k−1}² + Δ_k/h_k²)
     /// natural ends   2 r_0 + r_1 = 3 Δ_0/h_0
     /// ```
-    pub(crate) fn spline(points: impl Iterator<Item = [T; 2]>, ends: Ends<T>) -> Self {
+    pub(crate) fn spline(points: impl Iterator<Item = [T; 2]>, ends: SplineEnds<T>) -> Self {
         let [zero, one, two, three] = [0.0, 1.0, 2.0, 3.0].map(T::of);
         let mut knots: Vec<[T; 3]> = points.map(|[t, x]| [t, x, zero]).collect();
         let n = knots.len();
@@ -37,8 +37,8 @@ impl<T: Number> Hermite<T> {
         // factor of the next rate, after elimination of the one before
         let mut lead = vec![zero; n];
         match ends {
-            Ends::Clamped(rates) => (knots[0][2], knots[n - 1][2]) = (rates[0], rates[1]),
-            Ends::Natural => {
+            SplineEnds::Clamped(rates) => (knots[0][2], knots[n - 1][2]) = (rates[0], rates[1]),
+            SplineEnds::Natural => {
                 lead[0] = T::of(0.5);
                 knots[0][2] = T::of(1.5) * slope(knots[0], knots[1]);
             }
@@ -51,7 +51,7 @@ impl<T: Number> Hermite<T> {
             lead[k] = b / pivot;
             knots[k][2] = (right - a * before[2]) / pivot;
         }
-        if matches!(ends, Ends::Natural) {
+        if matches!(ends, SplineEnds::Natural) {
             let [before, last] = [knots[n - 2], knots[n - 1]];
             let right = three * slope(before, last);
             knots[n - 1][2] = (right - before[2]) / (two - lead[n - 2]);

@@ -38,7 +38,7 @@ pub use formula::{ALONG, Curves, MOTION, SIX, TIME, is_readable};
 pub use frames::placements::{Placements, Slopes};
 pub use frames::start::StartPoints;
 pub use mesh::{BodySurface, Mesh, MeshError, Meshes};
-pub use observed::{Observed, Part, Reading};
+pub use observed::{NodeReading, Observed, SensorPart};
 pub use quantity::{Quantities, Quantity};
 pub use text::include::{LocatedProblem, ModelText, SourceFile};
 pub use text::overrides::Override;

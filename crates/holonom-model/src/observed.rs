@@ -3,23 +3,23 @@
 use std::cell::RefCell;
 
 use crate::Model;
-use crate::expression::{ExpressionError, Known, Program};
+use crate::expression::{ExpressionError, ExpressionProgram, KnownName};
 use crate::quantity::{Quantities, Quantity};
 use crate::text::problem::nearest;
 use crate::types::sensor::{Sensor, SensorKind};
 
 /// A number of a node.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Reading {
+pub enum NodeReading {
     /// The value of a signal.
     Signal(String),
     /// One of the numbers of a sensor, of the model or of what a name means.
-    Sensor(Box<Sensor>, Part),
+    Sensor(Box<Sensor>, SensorPart),
 }
 
 /// One of the numbers of a sensor.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum SensorPart {
     /// Counted from 0.
     Number(usize),
     /// By its heading, after the name of the sensor.
@@ -30,12 +30,15 @@ pub enum Part {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observed {
     /// The expression: its first input is the time, the others are the readings.
-    pub program: Program,
+    pub program: ExpressionProgram,
     /// What it reads.
-    pub readings: Vec<Reading>,
+    pub readings: Vec<NodeReading>,
 }
 
-type Parse = fn(&str, &mut dyn FnMut(&str) -> Option<Known>) -> Result<Program, ExpressionError>;
+type Parse = fn(
+    &str,
+    &mut dyn FnMut(&str) -> Option<KnownName>,
+) -> Result<ExpressionProgram, ExpressionError>;
 
 impl Observed {
     /// Compiles a condition, which is true where it is positive.
@@ -47,7 +50,7 @@ impl Observed {
         model: &Model,
         quantities: &Quantities<'_>,
     ) -> Result<Self, ExpressionError> {
-        Self::compile(text, model, quantities, (Program::condition, true))
+        Self::compile(text, model, quantities, ExpressionProgram::condition, true)
     }
 
     /// Compiles an expression of a node that is known, so that it may read every sensor.
@@ -59,19 +62,20 @@ impl Observed {
         model: &Model,
         quantities: &Quantities<'_>,
     ) -> Result<Self, ExpressionError> {
-        Self::compile(text, model, quantities, (Program::parse, false))
+        Self::compile(text, model, quantities, ExpressionProgram::parse, false)
     }
 
     fn compile(
         text: &str,
         model: &Model,
         quantities: &Quantities<'_>,
-        (parse, of_state): (Parse, bool),
+        parse: Parse,
+        of_state: bool,
     ) -> Result<Self, ExpressionError> {
-        let (readings, refused) = (RefCell::new(Vec::<Reading>::new()), RefCell::new(None));
+        let (readings, refused) = (RefCell::new(Vec::<NodeReading>::new()), RefCell::new(None));
         let mut known = |name: &str| {
             if name == "t" {
-                return Some(Known::Input(0));
+                return Some(KnownName::Input(0));
             }
             if let Some(table) = quantities.curves().known(name) {
                 return Some(table);
@@ -88,7 +92,7 @@ impl Observed {
                 all.push(reading);
                 all.len() - 1
             });
-            Some(Known::Input(1 + place))
+            Some(KnownName::Input(1 + place))
         };
         let program = parse(text, &mut known).map_err(|error| {
             let Some(name) = error.unknown.clone() else { return error };
@@ -116,13 +120,13 @@ fn reading(
     model: &Model,
     name: &str,
     of_state: bool,
-) -> Option<Result<Reading, String>> {
+) -> Option<Result<NodeReading, String>> {
     let of_kind = |kind: SensorKind, of: String, number: usize| {
         let sensor = Sensor::new(format!("{kind:?} of {of}"), kind, of);
-        Some(Ok(Reading::Sensor(Box::new(sensor), Part::Number(number))))
+        Some(Ok(NodeReading::Sensor(Box::new(sensor), SensorPart::Number(number))))
     };
     match quantities.quantity(name) {
-        Some(Quantity::Signal(signal)) => return Some(Ok(Reading::Signal(signal))),
+        Some(Quantity::Signal(signal)) => return Some(Ok(NodeReading::Signal(signal))),
         Some(Quantity::Coordinate { joint, freedom }) => {
             return of_kind(SensorKind::JointCoordinate, joint, freedom);
         }
@@ -148,5 +152,5 @@ fn reading(
             format!("`{of}` cannot be read by an expression: it depends on the step that follows");
         return Some(Err(why));
     }
-    Some(Ok(Reading::Sensor(Box::new(sensor.clone()), Part::Heading(part.to_owned()))))
+    Some(Ok(NodeReading::Sensor(Box::new(sensor.clone()), SensorPart::Heading(part.to_owned()))))
 }

@@ -9,7 +9,7 @@
 //! ```
 
 use crate::Model;
-use crate::expression::{ExpressionError, Known, Program, renamed_parts};
+use crate::expression::{ExpressionError, ExpressionProgram, KnownName, renamed_parts};
 use crate::formula::Curves;
 use crate::text::problem::nearest;
 use crate::types::bushing::Coefficients;
@@ -228,19 +228,19 @@ impl<'a> Quantities<'a> {
         formula: &Formula,
         own: &[&str],
         reads: &mut Vec<Quantity>,
-    ) -> Result<Program, ExpressionError> {
+    ) -> Result<ExpressionProgram, ExpressionError> {
         let mut known = |name: &str| {
-            let input = own.iter().position(|own| *own == name).map(Known::Input);
+            let input = own.iter().position(|own| *own == name).map(KnownName::Input);
             input.or_else(|| self.curves.known(name)).or_else(|| {
                 let quantity = self.quantity(name)?;
                 let at = reads.iter().position(|own| *own == quantity).unwrap_or_else(|| {
                     reads.push(quantity);
                     reads.len() - 1
                 });
-                Some(Known::Input(own.len() + at))
+                Some(KnownName::Input(own.len() + at))
             })
         };
-        let program = Program::parse(&formula.0, &mut known);
+        let program = ExpressionProgram::parse(&formula.0, &mut known);
         program.map_err(|error| self.explained(error, own))
     }
 

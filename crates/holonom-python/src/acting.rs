@@ -5,14 +5,14 @@
 //! is called again until the fault has been told.
 
 use crate::errors::raise;
-use crate::fault::Fault;
+use crate::fault::PythonFault;
 use crate::law::{CompiledLaw, PythonLaw};
 use crate::model::Model;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::{Sensor, SensorKind};
 use holonom::{
-    Controller, Input, InputPlace, JointStart, Midpoint, Outside, OutsideLaw, OutsideMotion,
-    RunFailure, Simulation,
+    Controller, ExternalActions, Input, InputPlace, JointStart, NextMidpoint, OutsideLaw,
+    OutsideMotion, RunFailure, Simulation,
 };
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyValueError;
@@ -22,7 +22,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 /// A coordinate of a joint with a value: joint, which coordinate, value.
-type Given = (String, usize, f64);
+type GivenCoordinate = (String, usize, f64);
 /// A law: joint or `joint.0`, function, address of machine code or 0, whether it conserves energy.
 type LawOf = (String, Py<PyAny>, usize, bool);
 
@@ -38,7 +38,7 @@ pub(crate) struct Acting {
     forces: Vec<(String, Py<PyAny>)>,
     motions: Vec<(String, Py<PyAny>)>,
     start: JointStart,
-    rows: Option<Rows>,
+    rows: Option<RunInputs>,
     control: Option<(Py<PyAny>, u64)>,
 }
 
@@ -53,13 +53,13 @@ impl Acting {
         laws: Vec<LawOf>,
         forces: Vec<(String, Py<PyAny>)>,
         motions: Vec<(String, Py<PyAny>)>,
-        joints: Vec<Given>,
-        rates: Vec<Given>,
+        joints: Vec<GivenCoordinate>,
+        rates: Vec<GivenCoordinate>,
         rows: Option<Vec<f64>>,
         control: Option<(Py<PyAny>, u64)>,
     ) -> Self {
         let start = JointStart { coordinates: joints, rates };
-        let rows = rows.map(Rows);
+        let rows = rows.map(RunInputs);
         Self { inputs, observe, laws, forces, motions, start, rows, control }
     }
 
@@ -76,7 +76,7 @@ impl Acting {
 
 /// Inputs of the steps of a run, row after row.
 #[derive(Clone)]
-struct Rows(Vec<f64>);
+struct RunInputs(Vec<f64>);
 
 /// A simulation on which something acts.
 pub(crate) struct Acted {
@@ -91,7 +91,7 @@ pub(crate) struct Acted {
     pub(crate) own_columns: usize,
     /// Values of the inputs that are named.
     pub(crate) width: usize,
-    pub(crate) fault: Arc<Fault>,
+    pub(crate) fault: Arc<PythonFault>,
     pub(crate) calls_python: bool,
 }
 
@@ -130,7 +130,7 @@ impl Acting {
     ) -> PyResult<Acted> {
         let (sensed, observed, labels) = observed(py, seen, &self.observe)?;
         let own_columns = holonom::sensor::columns(&model.model).len();
-        let fault = Arc::new(Fault::default());
+        let fault = Arc::new(PythonFault::default());
         let mut inputs: Vec<Input> =
             self.inputs.iter().map(|name| Input::new(place(&sensed, name))).collect();
         let width = inputs.iter().map(Input::len).sum();
@@ -146,7 +146,7 @@ impl Acting {
         }
         let laws = self.laws.iter().map(|law| self.law(py, &sensed, law, &fault));
         let motions = self.motions.iter().map(|motion| self.motion(py, motion, &fault));
-        let outside = Outside {
+        let outside = ExternalActions {
             inputs: inputs.clone(),
             laws: laws.collect(),
             motions: motions.collect(),
@@ -154,7 +154,7 @@ impl Acting {
                 coordinates: resolved(&sensed, start.coordinates),
                 rates: resolved(&sensed, start.rates),
             },
-            ..Outside::default()
+            ..ExternalActions::default()
         };
         let calls_python = self.calls_python();
         let make = || Simulation::with_outside(&sensed, &outside);
@@ -162,7 +162,7 @@ impl Acting {
         fault.told()?;
         let mut simulation = made.map_err(|error| model.refused(py, &error))?;
         place_forces(&mut forces, &simulation);
-        let control = self.control.as_ref().map(|(function, every)| Control {
+        let control = self.control.as_ref().map(|(function, every)| ControlFunction {
             function: function.clone_ref(py),
             every: (*every).max(1),
             observed: observed.clone(),
@@ -176,7 +176,7 @@ impl Acting {
                 rows: self.rows.clone(),
                 inputs: named,
                 width,
-                middle: Midpoint::default(),
+                middle: NextMidpoint::default(),
                 fault: fault.clone(),
             }));
         }
@@ -190,7 +190,7 @@ impl Acting {
         py: Python<'_>,
         model: &holonom::Model,
         law: &LawOf,
-        fault: &Arc<Fault>,
+        fault: &Arc<PythonFault>,
     ) -> OutsideLaw {
         let (of, function, address, conservative) = law;
         let (joint, freedom) = coordinate(model, of, 0);
@@ -198,7 +198,7 @@ impl Acting {
         let label = format!("the law of joint `{of}`");
         let law: Arc<dyn holonom::vi_multibody::joint_force::JointLaw> = match address {
             0 => Arc::new(PythonLaw::new(label, function, *conservative, fault)),
-            _ => Arc::new(CompiledLaw::new(label, (*address, function), *conservative, fault)),
+            _ => Arc::new(CompiledLaw::new(label, *address, function, *conservative, fault)),
         };
         OutsideLaw { joint, freedom, law }
     }
@@ -207,7 +207,7 @@ impl Acting {
         &self,
         py: Python<'_>,
         (constraint, function): &(String, Py<PyAny>),
-        fault: &Arc<Fault>,
+        fault: &Arc<PythonFault>,
     ) -> OutsideMotion {
         let (function, fault) = (function.clone_ref(py), fault.clone());
         let label = format!("the motion of `{constraint}`");
@@ -232,8 +232,8 @@ fn coordinate(model: &holonom::Model, name: &str, freedom: usize) -> (String, us
     number.filter(|_| model.joint(name).is_none()).unwrap_or_else(|| (name.to_owned(), freedom))
 }
 
-fn resolved(model: &holonom::Model, given: Vec<Given>) -> Vec<Given> {
-    let one = |(name, freedom, value): Given| {
+fn resolved(model: &holonom::Model, given: Vec<GivenCoordinate>) -> Vec<GivenCoordinate> {
+    let one = |(name, freedom, value): GivenCoordinate| {
         let (joint, freedom) = coordinate(model, &name, freedom);
         (joint, freedom, value)
     };
@@ -345,7 +345,7 @@ fn is_named(member: &str, name: &str, simulation: &Simulation) -> bool {
 }
 
 /// A function that decides what inputs hold.
-struct Control {
+struct ControlFunction {
     function: Py<PyAny>,
     every: u64,
     observed: Vec<usize>,
@@ -355,12 +355,12 @@ struct Control {
 /// What is decided before each step.
 struct Decisions {
     forces: Vec<BodyForce>,
-    control: Option<Control>,
-    rows: Option<Rows>,
+    control: Option<ControlFunction>,
+    rows: Option<RunInputs>,
     inputs: Vec<Input>, // those that are named
     width: usize,
-    middle: Midpoint,
-    fault: Arc<Fault>,
+    middle: NextMidpoint,
+    fault: Arc<PythonFault>,
 }
 
 /// Refuses numbers that are not finite, by the name of the argument.
@@ -386,8 +386,8 @@ pub(crate) fn hold(inputs: &[Input], values: &[f64]) {
 
 impl Controller for Decisions {
     fn decide(&mut self, run: &mut Simulation) -> Result<(), RunFailure> {
-        let (step, t) = Experiment::place(run);
-        if let Some(Rows(rows)) = &self.rows {
+        let (step, t) = RunnableModel::place(run);
+        if let Some(RunInputs(rows)) = &self.rows {
             let first = (step as usize).saturating_mul(self.width);
             if let Some(row) = rows.get(first..first + self.width) {
                 hold(&self.inputs, row);
@@ -418,8 +418,8 @@ impl Controller for Decisions {
     }
 }
 
-impl Control {
-    fn decide(&mut self, t: f64, seen: Vec<f64>, fault: &Fault) {
+impl ControlFunction {
+    fn decide(&mut self, t: f64, seen: Vec<f64>, fault: &PythonFault) {
         let width = self.values.len();
         let mut found = Vec::new();
         fault.guard(
@@ -442,7 +442,7 @@ impl Control {
 }
 
 impl BodyForce {
-    fn decide(&self, Midpoint { t, q, v }: &Midpoint, fault: &Fault) {
+    fn decide(&self, NextMidpoint { t, q, v }: &NextMidpoint, fault: &PythonFault) {
         let (q, v) = (q[self.place.clone()].to_vec(), v[self.place.clone()].to_vec());
         let label = format!("the force on `{}`", self.name);
         let is_particle = self.torque.is_none();

@@ -3,13 +3,13 @@
 
 use crate::errors::{json, no_word, raise};
 use crate::model::Model;
-use crate::verbs::{Answer, schemes_of};
+use crate::verbs::{VerbAnswer, schemes_of};
 use holonom::Simulation;
 use holonom::bench::{BenchRequest, bench as measured};
 use holonom::model::Scheme;
 use holonom::modes::{About, Campbell, ModalAnalysis, ModesError, Report};
 use holonom::report::{campbell_page, mode_page, response_page};
-use holonom::response::{AddedDamping, Band, Input, Response, ResponseError};
+use holonom::response::{AddedDamping, Band, Response, ResponseError, ResponseInput};
 use holonom_cli::text;
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -69,7 +69,7 @@ fn modes<'py>(
     at: &str,
     count: usize,
     buckling: bool,
-) -> PyResult<Answer<'py>> {
+) -> PyResult<VerbAnswer<'py>> {
     let report = report_of(py, model, at, count, buckling)?;
     let value = serde_json::to_value(&report).unwrap_or_default();
     Ok((json(py, &value)?, text::modes(&report, count)))
@@ -101,7 +101,7 @@ fn campbell<'py>(
     model: &Model,
     speeds: Vec<f64>,
     count: usize,
-) -> PyResult<Answer<'py>> {
+) -> PyResult<VerbAnswer<'py>> {
     let found = diagram(py, model, &speeds, count)?;
     let value = serde_json::to_value(&found).unwrap_or_default();
     Ok((json(py, &value)?, text::campbell(&found)))
@@ -123,7 +123,7 @@ fn campbell_page_of(
 /// What excites, where, about which state, with which damping beside that of the model.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Excitation {
+struct ExcitationRequest {
     inputs: Vec<String>,
     band: (f64, f64, usize),
     at: String,
@@ -131,10 +131,10 @@ struct Excitation {
     ratios: Vec<f64>,
 }
 
-fn response_of(py: Python<'_>, model: &Model, asked: Excitation) -> PyResult<Response> {
-    let Excitation { inputs, band: (low, high, count), at, rayleigh, ratios } = asked;
+fn response_of(py: Python<'_>, model: &Model, asked: ExcitationRequest) -> PyResult<Response> {
+    let ExcitationRequest { inputs, band: (low, high, count), at, rayleigh, ratios } = asked;
     let wrong = |words: String| raise(py, "AnalysisFailed", (words,));
-    let inputs: Vec<Input> = inputs
+    let inputs: Vec<ResponseInput> = inputs
         .iter()
         .map(|text| text.parse().map_err(|help| wrong(format!("`{text}` is no input: {help}"))))
         .collect::<PyResult<_>>()?;
@@ -151,7 +151,11 @@ fn response_of(py: Python<'_>, model: &Model, asked: Excitation) -> PyResult<Res
 
 /// What `holonom response` finds.
 #[pyfunction]
-fn response<'py>(py: Python<'py>, model: &Model, asked: Excitation) -> PyResult<Answer<'py>> {
+fn response<'py>(
+    py: Python<'py>,
+    model: &Model,
+    asked: ExcitationRequest,
+) -> PyResult<VerbAnswer<'py>> {
     let found = response_of(py, model, asked)?;
     let value = serde_json::to_value(&found).unwrap_or_default();
     Ok((json(py, &value)?, text::response(&found)))
@@ -160,7 +164,7 @@ fn response<'py>(py: Python<'py>, model: &Model, asked: Excitation) -> PyResult<
 /// The page of the same.
 #[pyfunction]
 #[pyo3(name = "response_page")]
-fn response_page_of(py: Python<'_>, model: &Model, asked: Excitation) -> PyResult<String> {
+fn response_page_of(py: Python<'_>, model: &Model, asked: ExcitationRequest) -> PyResult<String> {
     let found = response_of(py, model, asked)?;
     Ok(response_page(&model.model, &found, "holonom.response"))
 }
@@ -190,7 +194,7 @@ fn costs<'py>(
     model: &Model,
     schemes: Vec<String>,
     steps: u64,
-) -> PyResult<Answer<'py>> {
+) -> PyResult<VerbAnswer<'py>> {
     let schemes = schemes_of(py, &schemes)?;
     let own = [model.model.settings.scheme];
     if (if schemes.is_empty() { &own[..] } else { &schemes }).contains(&Scheme::Static) {

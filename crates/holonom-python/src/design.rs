@@ -3,11 +3,11 @@
 use crate::errors::{json, raise};
 use crate::method::PythonMethod;
 use crate::model::Model;
-use crate::verbs::Answer;
+use crate::verbs::VerbAnswer;
 use crate::watch;
 use holonom::gradient::{GradientFailure, Wanted, initial_values, parameters};
-use holonom::identification::{IdentifyError, Watch, data};
-use holonom::optimize::{Found, OptimizeFailure, Progress, optimize_by_own_method};
+use holonom::identification::{IdentificationWatch, IdentifyError, data};
+use holonom::optimize::{FoundOptimum, OptimizeFailure, SearchProgress, optimize_by_own_method};
 use holonom::report::optimum_page;
 use holonom::system::outside::JointStart;
 use holonom_cli::text;
@@ -16,12 +16,12 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 /// A coordinate of a joint with a value.
-type Given = (String, usize, f64);
+type GivenValue = (String, usize, f64);
 /// An optimum beside its numbers: its model, the values of controls, multipliers of the balances,
 /// the table of iterations, the page.
 type Optimal = (String, Vec<Vec<f64>>, Vec<Vec<f64>>, String, String);
 /// A measured value: which measurement, time, measured, computed, residual.
-type Row = (usize, f64, f64, f64, f64);
+type FittedRow = (usize, f64, f64, f64, f64);
 
 /// Adds these functions.
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -36,19 +36,23 @@ pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
 /// By what derivatives are wanted, and where.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Place {
+struct DerivativeRequest {
     of: Vec<String>,
     parameters: Vec<String>,
     initial: bool,
     step: bool,
     controls: Option<Vec<Vec<f64>>>,
-    coordinates: Vec<Given>,
-    rates: Vec<Given>,
+    coordinates: Vec<GivenValue>,
+    rates: Vec<GivenValue>,
 }
 
 /// What `holonom gradient` finds, at values of controls and at a start of joints.
 #[pyfunction]
-fn gradient<'py>(py: Python<'py>, model: &Model, at: Place) -> PyResult<Answer<'py>> {
+fn gradient<'py>(
+    py: Python<'py>,
+    model: &Model,
+    at: DerivativeRequest,
+) -> PyResult<VerbAnswer<'py>> {
     let wanted = Wanted {
         of: at.of,
         parameters: !at.parameters.is_empty(),
@@ -97,7 +101,7 @@ fn identify<'py>(
     name: &str,
     content: &str,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Answer<'py>, Vec<Row>)> {
+) -> PyResult<(VerbAnswer<'py>, Vec<FittedRow>)> {
     let wrong = |message: String, help: String| raise(py, "AnalysisFailed", (message, help));
     let columns = match model.model.identify {
         Some(_) => data::read(name, content, &model.model)
@@ -109,7 +113,7 @@ fn identify<'py>(
         let runs = Cell::new(0);
         let mut run = |number: usize| runs.set(number as u64);
         let mut interrupted = || !asked.borrow_mut().proceed(runs.get(), u64::MAX);
-        let mut watch = Watch { run: &mut run, interrupted: &mut interrupted };
+        let mut watch = IdentificationWatch { run: &mut run, interrupted: &mut interrupted };
         let Model { text, overrides, model } = model;
         let found = holonom::identification::identify(text, overrides, model, &columns, &mut watch);
         (found, asked.into_inner())
@@ -133,12 +137,13 @@ fn optimize<'py>(
     model: &Model,
     method: Option<Py<PyAny>>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<(Answer<'py>, Optimal)> {
+) -> PyResult<(VerbAnswer<'py>, Optimal)> {
     let (found, asked, raised) = py.detach(|| {
         let asked = Rc::new(RefCell::new(watch::Watch::new(progress)));
         let told = asked.clone();
-        let each = move |at: &Progress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
-        let each: holonom::optimize::Watch = Rc::new(RefCell::new(each));
+        let each =
+            move |at: &SearchProgress| told.borrow_mut().proceed(at.iteration as u64, u64::MAX);
+        let each: holonom::optimize::SearchWatch = Rc::new(RefCell::new(each));
         let Model { text, overrides, model } = model;
         let Some(function) = &method else {
             let found = optimize_by_own_method(text, overrides, model, None, &each);
@@ -159,6 +164,6 @@ fn optimize<'py>(
     let words = text::optimum(&found.report);
     let page = optimum_page(&model.model, &found, "", "holonom.optimize");
     let iterations = found.iterations();
-    let Found { model, controls, costates, .. } = found;
+    let FoundOptimum { model, controls, costates, .. } = found;
     Ok(((json(py, &value)?, words), (model.to_toml(), controls, costates, iterations, page)))
 }

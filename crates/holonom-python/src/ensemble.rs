@@ -6,7 +6,7 @@
 use crate::acting::{Acting, check_finite, hold};
 use crate::errors::{raise, taken};
 use crate::model::Model;
-use crate::stepper::{Run, freed};
+use crate::stepper::{StartedRun, freed};
 use crate::watch::Watch;
 use holonom::{JointStart, RunFailure};
 use numpy::ndarray::Array2;
@@ -25,16 +25,16 @@ const PORTION: usize = 4096;
 pub(crate) struct Ensemble {
     models: Vec<Py<Model>>,
     acting: Py<Acting>,
-    members: Mutex<Vec<Member>>,
+    members: Mutex<Vec<MemberRun>>,
     width: usize,
 }
 
-struct Member {
-    run: Run,
+struct MemberRun {
+    run: StartedRun,
     failure: Option<RunFailure>,
 }
 
-impl Member {
+impl MemberRun {
     fn advance(&mut self, row: Option<&[f64]>, count: usize) {
         if self.failure.is_some() {
             return;
@@ -61,9 +61,9 @@ impl Ensemble {
         let start = JointStart::default;
         let one = |model: &Py<Model>| {
             let acted = acting.get().stepper(py, model.get(), start())?;
-            Ok(Member { run: Run::new(acted), failure: None })
+            Ok(MemberRun { run: StartedRun::new(acted), failure: None })
         };
-        let members: Vec<Member> = models.iter().map(one).collect::<PyResult<_>>()?;
+        let members: Vec<MemberRun> = models.iter().map(one).collect::<PyResult<_>>()?;
         let width = members.first().map_or(0, |member| member.run.width());
         Ok(Self { models, acting, members: Mutex::new(members), width })
     }
@@ -88,7 +88,7 @@ impl Ensemble {
             while taken < count && watch.proceed(taken as u64, count as u64) {
                 let steps = portion.min(count - taken);
                 let rows = rows.filter(|_| taken == 0);
-                all(members, rows, (width, steps), threads);
+                all(members, rows, width, steps, threads);
                 taken += steps;
             }
         });
@@ -180,16 +180,17 @@ impl Ensemble {
 }
 
 impl Ensemble {
-    fn taken(&self) -> PyResult<MutexGuard<'_, Vec<Member>>> {
+    fn taken(&self) -> PyResult<MutexGuard<'_, Vec<MemberRun>>> {
         taken(&self.members, "ensemble")
     }
 }
 
 /// Steps of all members on some threads.
 fn all(
-    members: &mut [Member],
+    members: &mut [MemberRun],
     rows: Option<&[f64]>,
-    (width, steps): (usize, usize),
+    width: usize,
+    steps: usize,
     threads: usize,
 ) {
     let row = |k: usize| rows.map(|rows| &rows[k * width..(k + 1) * width]);

@@ -8,12 +8,12 @@ use pyo3::prelude::*;
 
 /// What a function of Python raised, until it is told.
 #[derive(Debug, Default)]
-pub(crate) struct Fault {
+pub(crate) struct PythonFault {
     is_set: AtomicBool,
     error: Mutex<Option<PyErr>>,
 }
 
-impl Fault {
+impl PythonFault {
     /// Whether there is one.
     pub(crate) fn is_set(&self) -> bool {
         self.is_set.load(Ordering::Relaxed)

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// A file of rows: names of its columns, of their numbers, and of texts (`beams.csv`) the one
 /// column.
-struct Read {
+struct ReadFile {
     columns: Vec<String>,
     values: Vec<f64>,
     texts: Vec<String>,
@@ -33,14 +33,14 @@ pub(crate) fn read_table<'py>(
 ) -> PyResult<Option<(Vec<String>, Bound<'py, PyAny>, Vec<String>)>> {
     let table = row_table(py, name)?;
     let found = py.detach(|| read(&folder, table)).map_err(|error| output(py, &error))?;
-    let Some(Read { columns, values, texts, rows }) = found else { return Ok(None) };
+    let Some(ReadFile { columns, values, texts, rows }) = found else { return Ok(None) };
     let shape = (rows, columns.len());
     let array = Array2::from_shape_vec(shape, values)
         .map_err(|error| raise(py, "HolonomError", (error.to_string(),)))?;
     Ok(Some((columns, array.into_pyarray(py).into_any(), texts)))
 }
 
-fn read(folder: &Path, table: RowTable) -> Result<Option<Read>, OutputError> {
+fn read(folder: &Path, table: RowTable) -> Result<Option<ReadFile>, OutputError> {
     let path = folder.join(table.file());
     if !path.is_file() {
         return Ok(None);
@@ -49,7 +49,7 @@ fn read(folder: &Path, table: RowTable) -> Result<Option<Read>, OutputError> {
     read_rows(&folder, table).map(Some).map_err(|source| OutputError::Io { path, source })
 }
 
-fn read_rows(folder: &RunFolder, table: RowTable) -> io::Result<Read> {
+fn read_rows(folder: &RunFolder, table: RowTable) -> io::Result<ReadFile> {
     let mut reader = folder.reader(&table.file())?;
     let header: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
     let is_text = |k: usize| table == RowTable::Beams && header[k] == TEXT;
@@ -69,7 +69,7 @@ fn read_rows(folder: &RunFolder, table: RowTable) -> io::Result<Read> {
         }
         rows += 1;
     }
-    Ok(Read { columns, values, texts, rows })
+    Ok(ReadFile { columns, values, texts, rows })
 }
 
 /// The units of columns of the file `NAME.csv`; empty of numbers without one.

@@ -4,7 +4,7 @@
 //! values.
 
 use crate::errors::raise;
-use crate::fault::Fault;
+use crate::fault::PythonFault;
 use holonom::vi_multibody::joint_force::{EffortSlopes, JointLaw};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// The last argument with what was found there.
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct LastCall {
     at: [f64; 3],
     effort: f64,
     slopes: Option<[f64; 2]>,
@@ -21,15 +21,15 @@ struct Last {
 
 /// A memory of one argument.
 #[derive(Debug, Default)]
-struct Memory(Mutex<Option<Last>>);
+struct ArgumentMemory(Mutex<Option<LastCall>>);
 
-impl Memory {
-    fn get(&self, at: [f64; 3]) -> Option<Last> {
+impl ArgumentMemory {
+    fn get(&self, at: [f64; 3]) -> Option<LastCall> {
         let last = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
         last.filter(|last| last.at.map(f64::to_bits) == at.map(f64::to_bits))
     }
 
-    fn keep(&self, last: Last) -> Last {
+    fn keep(&self, last: LastCall) -> LastCall {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(last);
         last
     }
@@ -52,8 +52,8 @@ pub(crate) struct PythonLaw {
     label: String,
     function: Py<PyAny>,
     conservative: bool,
-    fault: Arc<Fault>,
-    last: Memory,
+    fault: Arc<PythonFault>,
+    last: ArgumentMemory,
 }
 
 impl PythonLaw {
@@ -61,13 +61,13 @@ impl PythonLaw {
         label: String,
         function: Py<PyAny>,
         conservative: bool,
-        fault: Arc<Fault>,
+        fault: Arc<PythonFault>,
     ) -> Self {
-        Self { label, function, conservative, fault, last: Memory::default() }
+        Self { label, function, conservative, fault, last: ArgumentMemory::default() }
     }
 
     /// The effort, and the slopes where the function gives them.
-    fn call(&self, at: [f64; 3]) -> Last {
+    fn call(&self, at: [f64; 3]) -> LastCall {
         if let Some(last) = self.last.get(at) {
             return last;
         }
@@ -91,12 +91,12 @@ impl PythonLaw {
                 Ok([bad.unwrap_or(effort)])
             },
         );
-        let found = Last { at, effort, slopes };
+        let found = LastCall { at, effort, slopes };
         if self.fault.is_set() { found } else { self.last.keep(found) }
     }
 
     fn with_slopes(&self, at: [f64; 3]) -> (f64, [f64; 2]) {
-        let Last { effort, slopes, .. } = self.call(at);
+        let LastCall { effort, slopes, .. } = self.call(at);
         if let Some(slopes) = slopes {
             return (effort, slopes);
         }
@@ -110,7 +110,7 @@ impl PythonLaw {
         let by_rate = (self.call([t, x, v1]).effort - effort) / (v1 - v);
         let slopes = [by_coordinate, by_rate];
         if !self.fault.is_set() {
-            self.last.keep(Last { at, effort, slopes: Some(slopes) });
+            self.last.keep(LastCall { at, effort, slopes: Some(slopes) });
         }
         (effort, slopes)
     }
@@ -138,15 +138,16 @@ pub(crate) struct CompiledLaw {
     address: usize,
     _owner: Py<PyAny>, // of the machine code
     conservative: bool,
-    fault: Arc<Fault>,
+    fault: Arc<PythonFault>,
 }
 
 impl CompiledLaw {
     pub(crate) fn new(
         label: String,
-        (address, owner): (usize, Py<PyAny>),
+        address: usize,
+        owner: Py<PyAny>,
         conservative: bool,
-        fault: Arc<Fault>,
+        fault: Arc<PythonFault>,
     ) -> Self {
         Self { label, address, _owner: owner, conservative, fault }
     }

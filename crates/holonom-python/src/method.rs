@@ -1,8 +1,8 @@
 //! Methods for nonlinear programs that are functions of Python, and the program that they see.
 
 use holonom::vi_control::program::{
-    AtPoint, Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError,
-    Start, Watch, check_start,
+    AtPoint, Bounds, Iterate, MethodStart, MethodWatch, Multipliers, NlpSolver, Outcome,
+    SharedProgram, Solved, SolverError, check_start,
 };
 use holonom::vi_core::interruption;
 use numpy::ndarray::Array2;
@@ -21,8 +21,8 @@ type Proposed = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>, String);
 pub(crate) struct Program {
     at: RefCell<AtPoint>,
     bounds: Bounds,
-    start: Start,
-    watch: Rc<RefCell<Watch>>,
+    start: MethodStart,
+    watch: Rc<RefCell<MethodWatch>>,
     iterates: Rc<RefCell<Vec<Iterate>>>,
 }
 
@@ -78,7 +78,7 @@ impl Program {
     /// The guess, its multipliers of rows, lower and upper bounds where they are known, and whether
     /// it is near an optimum.
     fn start(&self) -> (Vec<f64>, Option<[Vec<f64>; 3]>, bool) {
-        let Start { x, multipliers, near } = self.start.clone();
+        let MethodStart { x, multipliers, near } = self.start.clone();
         (x, multipliers.map(|own| [own.rows, own.lower, own.upper]), near)
     }
 
@@ -202,13 +202,13 @@ impl NlpSolver for PythonMethod<'_> {
     fn solve(
         &mut self,
         program: &SharedProgram,
-        start: &Start,
-        watch: Watch,
+        start: &MethodStart,
+        watch: MethodWatch,
     ) -> Result<Solved, SolverError> {
         check_start(&*program.borrow(), start)?;
         let iterates = Rc::new(RefCell::new(Vec::new()));
         let stopped = Rc::new(Cell::new(false));
-        let watch: Watch = {
+        let watch: MethodWatch = {
             let (stopped, mut watch) = (stopped.clone(), watch);
             Box::new(move |at| {
                 let goes_on = watch(at);
@@ -242,7 +242,7 @@ impl NlpSolver for PythonMethod<'_> {
 }
 
 /// The start as the point where a method was stopped.
-fn stopped_at(start: &Start, program: &SharedProgram, iterates: Vec<Iterate>) -> Solved {
+fn stopped_at(start: &MethodStart, program: &SharedProgram, iterates: Vec<Iterate>) -> Solved {
     let Bounds { variables, rows } = program.borrow().bounds();
     let none = |count: usize| vec![0.0; count];
     let (n, m) = (variables.len(), rows.len());

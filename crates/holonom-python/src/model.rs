@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Key and value as the text of a model file.
 type Set = (String, String);
 /// A mesh: the file as the model states it, and its content.
-type MeshFile<'py> = (String, Bound<'py, PyBytes>);
+type NamedMesh<'py> = (String, Bound<'py, PyBytes>);
 
 /// A valid model.
 #[pyclass(frozen, module = "holonom._core")]
@@ -74,7 +74,7 @@ impl Model {
         text: String,
         folder: Option<PathBuf>,
         set: Vec<Set>,
-        meshes: Vec<MeshFile<'_>>,
+        meshes: Vec<NamedMesh<'_>>,
         texts: Vec<Set>,
     ) -> PyResult<Self> {
         let path = folder.as_ref().map_or(NO_FILE.into(), |folder| folder.join(NO_FILE));
@@ -102,7 +102,7 @@ impl Model {
         let set: Vec<Set> =
             self.overrides.iter().map(|set| (set.key.clone(), set.value.clone())).collect();
         let meshes = self.model.meshes.named();
-        let meshes: Vec<MeshFile<'py>> =
+        let meshes: Vec<NamedMesh<'py>> =
             meshes.map(|(file, mesh)| (file.to_owned(), PyBytes::new(py, mesh.bytes()))).collect();
         let texts = self.model.meshes.texts();
         let texts: Vec<Set> = texts.map(|(file, text)| (file.into(), text.into())).collect();

@@ -2,7 +2,7 @@
 
 use crate::errors::{output, raise};
 use crate::model::Model;
-use crate::verbs::{Order, plan_of};
+use crate::verbs::{SweepOrder, plan_of};
 use holonom::sweep::{EndedPoint, Manifest, PointStatus, Shard, Sweep, SweepError, begin, collect};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
@@ -21,7 +21,7 @@ pub(crate) struct SweepFolder {
 impl SweepFolder {
     /// Begins the sweep of a model, or continues it.
     #[new]
-    fn new(py: Python<'_>, model: &Model, plan: Order, folder: PathBuf) -> PyResult<Self> {
+    fn new(py: Python<'_>, model: &Model, plan: SweepOrder, folder: PathBuf) -> PyResult<Self> {
         let (plan, source) = (plan_of(py, plan)?, (model.merged(), &model.model.meshes));
         let how = (Shard::WHOLE, false);
         let begun = begin(source, model.overrides.clone(), plan, &folder, how)

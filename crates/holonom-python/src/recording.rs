@@ -2,7 +2,7 @@
 
 use holonom::Beams;
 use holonom::Reading;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::output::columns::{RESIDUALS, TAIL, UNSTABLE, names};
 use holonom::output::{momenta_columns, momenta_values};
 use holonom::sample::{MomentaNames, Sample};
@@ -17,7 +17,7 @@ use crate::errors::no_word;
 /// What is kept of a node beside its time; energies and momentum maps with energies, residuals or
 /// momenta.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Kept {
+pub(crate) struct KeptNode {
     q: bool,
     energy: bool,
     sensors: bool,
@@ -26,7 +26,7 @@ pub(crate) struct Kept {
     momenta: bool,
 }
 
-impl Kept {
+impl KeptNode {
     const WORDS: [&str; 6] = ["q", "energy", "sensors", "beams", "residuals", "momenta"];
 
     /// What is read for these parts.
@@ -56,12 +56,12 @@ impl Kept {
 
 /// A table without its first columns, row after row.
 #[derive(Debug, Default)]
-struct Table {
+struct RecordedTable {
     columns: Vec<String>,
     values: Vec<f64>,
 }
 
-impl Table {
+impl RecordedTable {
     fn new(columns: Vec<String>) -> Self {
         Self { columns, values: Vec::new() }
     }
@@ -96,21 +96,22 @@ struct BeamTable {
 pub(crate) struct Recording {
     steps: Vec<u64>,
     times: Vec<f64>,
-    q: Option<Table>,
-    tail: Option<Table>,
-    residuals: Option<Table>,
-    energy: Option<Table>,
-    sensors: Option<Table>,
+    q: Option<RecordedTable>,
+    tail: Option<RecordedTable>,
+    residuals: Option<RecordedTable>,
+    energy: Option<RecordedTable>,
+    sensors: Option<RecordedTable>,
     own_sensors: usize, // columns; others are those of what is observed
-    momenta: Option<(MomentaNames, Table)>,
+    momenta: Option<(MomentaNames, RecordedTable)>,
     beams: Option<Beams>,
     sections: Vec<BeamTable>,
 }
 
 impl Recording {
     /// `own_sensors`: columns of the sensors of the model, the first ones.
-    pub(crate) fn new(experiment: &dyn Experiment, kept: Kept, own_sensors: usize) -> Self {
-        let owned = |names: &[&str]| Table::new(names.iter().map(|n| (*n).to_owned()).collect());
+    pub(crate) fn new(experiment: &dyn RunnableModel, kept: KeptNode, own_sensors: usize) -> Self {
+        let owned =
+            |names: &[&str]| RecordedTable::new(names.iter().map(|n| (*n).to_owned()).collect());
         let members = experiment.members().iter();
         let coordinates = members.flat_map(|member| {
             member.kind.columns().iter().map(|column| format!("{}.{column}", member.name))
@@ -123,7 +124,8 @@ impl Recording {
         let sensors = experiment.sensors().columns();
         let sensors: Vec<String> =
             sensors.iter().take(own_sensors).map(|column| column.name()).collect();
-        let with = |columns: Vec<String>| (!columns.is_empty()).then(|| Table::new(columns));
+        let with =
+            |columns: Vec<String>| (!columns.is_empty()).then(|| RecordedTable::new(columns));
         let beams = experiment.beams();
         let section = |name: &str| BeamTable { name: name.to_owned(), ..BeamTable::default() };
         let sections = beams.list.iter().map(|beam| section(&beam.name)).collect();
@@ -131,7 +133,7 @@ impl Recording {
         Self {
             steps: Vec::new(),
             times: Vec::new(),
-            q: kept.q.then(|| Table::new(coordinates.collect())),
+            q: kept.q.then(|| RecordedTable::new(coordinates.collect())),
             tail: kept.reading().quantities.then(|| owned(&names(&TAIL))),
             residuals: kept.residuals.then_some(residuals),
             energy: with(energies).filter(|_| kept.energy),
@@ -139,7 +141,7 @@ impl Recording {
             own_sensors,
             momenta: momenta.map(|names| {
                 let columns = momenta_columns(&names);
-                (names, Table::new(columns))
+                (names, RecordedTable::new(columns))
             }),
             beams: (kept.beams && !beams.list.is_empty()).then(|| beams.clone()),
             sections,
@@ -178,7 +180,7 @@ impl Recording {
         let first = self.steps.is_empty();
         self.steps.push(sample.step);
         self.times.push(sample.t);
-        let add = |table: &mut Option<Table>, values: &[f64]| {
+        let add = |table: &mut Option<RecordedTable>, values: &[f64]| {
             table.iter_mut().for_each(|table| table.values.extend_from_slice(values));
         };
         add(&mut self.q, &sample.q);

@@ -26,14 +26,14 @@ const PAUSE: Duration = Duration::from_millis(40);
 /// What a rollout is asked for.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Plan {
+pub(crate) struct RolloutPlan {
     states: Option<Vec<Vec<u8>>>,
     steps: usize,
     every: usize,
     threads: usize,
 }
 
-impl Plan {
+impl RolloutPlan {
     /// Whether a node is recorded.
     fn records(&self, n: usize) -> bool {
         n.is_multiple_of(self.every.max(1)) || n == self.steps
@@ -56,13 +56,13 @@ type Rolled<'py> = (
 
 /// Inputs of the steps, row after row.
 #[derive(Clone, Copy)]
-struct Rows<'a> {
+struct RolloutInputs<'a> {
     values: &'a [f64],
     apart: usize, // numbers from one member to the next; 0: the same of all
     width: usize,
 }
 
-impl<'a> Rows<'a> {
+impl<'a> RolloutInputs<'a> {
     /// Those of a member for step `n`.
     fn of(&self, member: usize, n: usize) -> &'a [f64] {
         &self.values[member * self.apart + n * self.width..][..self.width]
@@ -70,7 +70,7 @@ impl<'a> Rows<'a> {
 }
 
 /// Members that one thread moves.
-struct Share<'a> {
+struct ThreadShare<'a> {
     members: Members,
     inputs: Vec<Vec<Input>>, // of each, those that are named
     observed: &'a [usize],   // columns of sensors
@@ -78,19 +78,19 @@ struct Share<'a> {
 }
 
 /// Where nodes of the members of a share are written, member after member.
-struct Tables<'a> {
+struct MemberTables<'a> {
     t: &'a mut [f64],
     q: &'a mut [f64],
     y: &'a mut [f64],
 }
 
-impl Share<'_> {
+impl ThreadShare<'_> {
     /// Steps and nodes to the end, or until it is not to `go_on`; members that failed.
     fn run(
         &mut self,
-        plan: &Plan,
-        rows: Option<Rows<'_>>,
-        tables: &mut Tables<'_>,
+        plan: &RolloutPlan,
+        rows: Option<RolloutInputs<'_>>,
+        tables: &mut MemberTables<'_>,
         go_on: &mut dyn FnMut(usize) -> bool,
     ) -> Vec<usize> {
         let count = self.inputs.len();
@@ -148,7 +148,7 @@ pub(crate) fn rollout<'py>(
     models: Vec<Py<Model>>,
     acting: &Acting,
     controls: Option<PyReadonlyArray3<'py, f64>>,
-    plan: Plan,
+    plan: RolloutPlan,
 ) -> PyResult<Option<Rolled<'py>>> {
     let rows = match &controls {
         None => None,
@@ -156,7 +156,7 @@ pub(crate) fn rollout<'py>(
             let values = controls.as_slice()?;
             check_finite("controls", values)?;
             let [of, steps, width] = [0, 1, 2].map(|axis| controls.shape()[axis]);
-            Some(Rows { values, apart: if of == 1 { 0 } else { steps * width }, width })
+            Some(RolloutInputs { values, apart: if of == 1 { 0 } else { steps * width }, width })
         }
     };
     let (mut simulations, mut inputs, mut columns) = (Vec::new(), Vec::new(), Vec::new());
@@ -184,7 +184,7 @@ pub(crate) fn rollout<'py>(
         let Ok(members) = Members::new(std::mem::replace(&mut simulations, rest)) else {
             return Ok(None);
         };
-        shares.push(Share { members, inputs: own, observed: &columns, first });
+        shares.push(ThreadShare { members, inputs: own, observed: &columns, first });
     }
     let (nodes, width) = (plan.nodes(), columns.len());
     let [mut t, mut q, mut y] = [1, n, width].map(|own| vec![f64::NAN; count * nodes * own]);
@@ -198,7 +198,7 @@ pub(crate) fn rollout<'py>(
             (own_t, t) = t.split_at_mut(own);
             (own_q, q) = q.split_at_mut(own * n);
             (own_y, y) = y.split_at_mut(own * width);
-            tables.push(Tables { t: own_t, q: own_q, y: own_y });
+            tables.push(MemberTables { t: own_t, q: own_q, y: own_y });
         }
         thread::scope(|scope| {
             let mut work = shares.iter_mut().zip(tables);

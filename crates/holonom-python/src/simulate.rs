@@ -2,15 +2,16 @@
 
 use crate::acting::{Acted, Acting};
 use crate::errors::{continued, json, raise};
-use crate::fault::Fault;
+use crate::fault::PythonFault;
 use crate::model::Model;
-use crate::recording::{Kept, Recording};
+use crate::recording::{KeptNode, Recording};
 use crate::stepper::freed;
 use crate::watch::Watch;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::output::{Ended, Summary, SummaryBuilder};
 use holonom::run::{
-    ContinueError, Control, Finished, Stopwatch, prepare_reading, resume as continue_run, run_with,
+    ContinueError, Finished, RunControl, Stopwatch, prepare_reading, resume as continue_run,
+    run_with,
 };
 use holonom::{Reading, RunFolder, RunOutcome};
 use holonom_cli::text;
@@ -25,9 +26,9 @@ const MOST: u64 = 2 << 30;
 
 /// A run that is ready.
 struct Ready {
-    experiment: Box<dyn Experiment>,
+    experiment: Box<dyn RunnableModel>,
     own_sensors: usize,
-    fault: Arc<Fault>,
+    fault: Arc<PythonFault>,
     calls_python: bool,
 }
 
@@ -66,7 +67,7 @@ pub(crate) fn simulate<'py>(
     progress: Option<Py<PyAny>>,
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let kept = Kept::of(record)?;
+    let kept = KeptNode::of(record)?;
     let mut watch = Watch::new(progress);
     let ready = Ready::new(py, model, acting, kept.reading())?;
     let (calls_python, fault) = (ready.calls_python, ready.fault.clone());
@@ -155,7 +156,7 @@ pub(crate) fn simulate_into<'py>(
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
     let Writing { force, checkpoint_every, report } = how;
-    let asked = Asked { progress, checkpoint_every, report };
+    let asked = AskedRun { progress, checkpoint_every, report };
     let Ready { mut experiment, fault, calls_python, .. } =
         Ready::new(py, model, acting, Reading::default())?;
     let run = freed(py, calls_python, || {
@@ -179,7 +180,7 @@ pub(crate) fn resume<'py>(
     progress: Option<Py<PyAny>>,
     acting: Option<&Acting>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let asked = Asked { progress, checkpoint_every, report: true };
+    let asked = AskedRun { progress, checkpoint_every, report: true };
     let model = Model::read(py, folder.join("model.toml"), Vec::new())?;
     let Ready { mut experiment, fault, calls_python, .. } =
         Ready::new(py, &model, acting, Reading::default())?;
@@ -195,27 +196,30 @@ pub(crate) fn resume<'py>(
 }
 
 /// What a run with files is asked for.
-struct Asked {
+struct AskedRun {
     progress: Option<Py<PyAny>>,
     checkpoint_every: Option<u64>,
     report: bool,
 }
 
 /// How it ended.
-struct Followed {
+struct FollowedRun {
     run: Result<Finished, ContinueError>,
     watch: Watch,
 }
 
-impl Asked {
-    fn follow(self, go: impl FnOnce(Control<'_>) -> Result<Finished, ContinueError>) -> Followed {
+impl AskedRun {
+    fn follow(
+        self,
+        go: impl FnOnce(RunControl<'_>) -> Result<Finished, ContinueError>,
+    ) -> FollowedRun {
         let mut watch = Watch::new(self.progress);
         let place = Cell::new((0, u64::MAX)); // where the run is, told before it asks
         let mut interrupted = || {
             let (step, of) = place.get();
             !watch.proceed(step, of)
         };
-        let run = go(Control {
+        let run = go(RunControl {
             progress: &mut |step, of| place.set((step, of)),
             notice: &mut |_| {}, // among the warnings of the summary
             interrupted: &mut interrupted,
@@ -223,11 +227,11 @@ impl Asked {
             report: self.report,
             command: None,
         });
-        Followed { run, watch }
+        FollowedRun { run, watch }
     }
 }
 
-impl Followed {
+impl FollowedRun {
     fn answer(self, py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
         let finished = self.run.map_err(|error| continued(py, &error))?;
         self.watch.stopped()?;

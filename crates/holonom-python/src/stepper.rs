@@ -2,10 +2,10 @@
 
 use crate::acting::{Acted, Acting, check_finite, hold, numbers};
 use crate::errors::{raise, taken};
-use crate::fault::Fault;
+use crate::fault::PythonFault;
 use crate::model::Model;
 use crate::watch::Watch;
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::{Input, JointStart, RunFailure, RunState, Simulation};
 use numpy::ndarray::Array2;
 use numpy::{
@@ -21,19 +21,19 @@ use std::sync::{Mutex, MutexGuard};
 pub(crate) struct Stepper {
     model: Py<Model>,
     acting: Py<Acting>,
-    run: Mutex<Run>,
+    run: Mutex<StartedRun>,
     width: usize, // of all inputs that are named
 }
 
 /// A run with its start.
-pub(crate) struct Run {
+pub(crate) struct StartedRun {
     acted: Acted,
     start: RunState,
     before: Vec<f64>, // by all inputs, before a step
     seen: Vec<f64>,   // what is observed
 }
 
-impl Run {
+impl StartedRun {
     pub(crate) fn new(acted: Acted) -> Self {
         let start = acted.simulation.state();
         Self { acted, start, before: Vec::new(), seen: Vec::new() }
@@ -46,7 +46,7 @@ impl Run {
 
     /// Steps taken, and the time.
     pub(crate) fn place(&self) -> (u64, f64) {
-        Experiment::place(&self.acted.simulation)
+        RunnableModel::place(&self.acted.simulation)
     }
 
     /// Coordinates of the present node.
@@ -91,7 +91,7 @@ impl Run {
         self.acted.simulation.step_on()
     }
 
-    /// Keeps what inputs hold for [`Run::take_back`].
+    /// Keeps what inputs hold for [`StartedRun::take_back`].
     pub(crate) fn remember(&mut self) {
         self.before.clear();
         for input in &self.acted.inputs {
@@ -118,7 +118,7 @@ impl Run {
 
 /// Nodes that were seen.
 #[derive(Default)]
-struct Seen {
+struct SeenNodes {
     times: Vec<f64>,
     q: Vec<f64>,
     values: Vec<f64>,
@@ -138,7 +138,7 @@ impl Stepper {
     fn new(py: Python<'_>, model: Py<Model>, acting: Py<Acting>) -> PyResult<Self> {
         let acted = acting.get().stepper(py, model.get(), JointStart::default())?;
         let width = acted.width;
-        Ok(Self { model, acting, run: Mutex::new(Run::new(acted)), width })
+        Ok(Self { model, acting, run: Mutex::new(StartedRun::new(acted)), width })
     }
 
     /// Takes `count` steps with these inputs held; without them those of before. The time.
@@ -177,7 +177,7 @@ impl Stepper {
             run.take_back();
             return Err(failed(py, &failure, &run.acted.fault));
         }
-        Ok(Experiment::place(&run.acted.simulation).1)
+        Ok(RunnableModel::place(&run.acted.simulation).1)
     }
 
     /// Takes steps, with a row of `controls` for each where there are some: times, coordinates and
@@ -194,7 +194,7 @@ impl Stepper {
         let controls = controls.as_ref().map(|rows| rows.as_slice()).transpose()?;
         controls.map_or(Ok(()), |all| check_finite("controls", all))?;
         let mut watch = Watch::new(progress);
-        let (mut seen, width) = (Seen::default(), self.width);
+        let (mut seen, width) = (SeenNodes::default(), self.width);
         let run = &mut *run;
         let failure = freed(py, run.acted.calls_python, || {
             for n in 0..=steps {
@@ -213,7 +213,7 @@ impl Stepper {
             Ok(())
         });
         watch.stopped()?;
-        let Seen { times, q, values } = seen;
+        let SeenNodes { times, q, values } = seen;
         let array = |values: Vec<f64>| {
             let rows = times.len();
             let columns = values.len() / rows.max(1);
@@ -353,11 +353,11 @@ impl Stepper {
 
 impl Stepper {
     /// The run, which is asked for by one call at a time.
-    fn taken(&self) -> PyResult<MutexGuard<'_, Run>> {
+    fn taken(&self) -> PyResult<MutexGuard<'_, StartedRun>> {
         taken(&self.run, "stepper")
     }
 
-    fn hold(&self, run: &Run, values: &[f64]) -> PyResult<()> {
+    fn hold(&self, run: &StartedRun, values: &[f64]) -> PyResult<()> {
         if values.len() != self.width {
             let words = format!("inputs: shape ({},), not ({},)", self.width, values.len());
             return Err(PyValueError::new_err(words));
@@ -386,8 +386,8 @@ pub(crate) fn freed<T: Send>(
 }
 
 /// Adds the present node.
-fn see(run: &mut Run, seen: &mut Seen) -> Result<(), RunFailure> {
-    seen.times.push(Experiment::place(&run.acted.simulation).1);
+fn see(run: &mut StartedRun, seen: &mut SeenNodes) -> Result<(), RunFailure> {
+    seen.times.push(RunnableModel::place(&run.acted.simulation).1);
     seen.q.extend_from_slice(run.acted.simulation.configuration());
     seen.values.extend_from_slice(run.sense()?);
     Ok(())
@@ -407,7 +407,7 @@ fn vector(given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 }
 
 /// What a function raised, or a run that failed.
-fn failed(py: Python<'_>, failure: &RunFailure, fault: &Fault) -> PyErr {
+fn failed(py: Python<'_>, failure: &RunFailure, fault: &PythonFault) -> PyErr {
     if let Err(error) = fault.told() {
         return error;
     }

@@ -8,7 +8,7 @@ use holonom::import::{Base, ImportError, ImportOptions, JointValue, import as tr
 use holonom::model::Scheme;
 use holonom::output::OutputSize;
 use holonom::run::prepare;
-use holonom::sweep::{Plan, Sampling, Values, Variation};
+use holonom::sweep::{Plan, PointSampling, Values, Variation};
 use holonom_cli::unit::{self, UnitError, Version};
 use holonom_cli::{Call, text};
 use pyo3::exceptions::{PyImportError, PyValueError};
@@ -18,7 +18,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// A JSON object and its words.
-pub(crate) type Answer<'py> = (Bound<'py, PyAny>, String);
+pub(crate) type VerbAnswer<'py> = (Bound<'py, PyAny>, String);
 
 /// Adds these functions.
 pub(crate) fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
@@ -80,14 +80,14 @@ fn export_fmu<'py>(
     model: &Model,
     to: PathBuf,
     order: UnitOrder,
-) -> PyResult<(Bound<'py, PyBytes>, Answer<'py>)> {
+) -> PyResult<(Bound<'py, PyBytes>, VerbAnswer<'py>)> {
     let UnitOrder { version, inputs, parameters, libraries, package } = order;
     let version = match version {
         2 => Version::Fmi2,
         3 => Version::Fmi3,
         other => return Err(PyValueError::new_err(format!("fmi: 2 or 3, not {other}"))),
     };
-    let request = unit::Request { inputs, parameters };
+    let request = unit::UnitRequest { inputs, parameters };
     let made = py.detach(|| {
         let experiment = prepare(&model.model)?;
         let source = (&model.text, &model.overrides[..], &model.model);
@@ -114,7 +114,7 @@ fn schema(py: Python<'_>) -> PyResult<Bound<'_, PyAny>> {
 
 /// What `holonom check` finds.
 #[pyfunction]
-fn check<'py>(py: Python<'py>, model: &Model) -> PyResult<Answer<'py>> {
+fn check<'py>(py: Python<'py>, model: &Model) -> PyResult<VerbAnswer<'py>> {
     let found = py.detach(|| {
         let experiment = prepare(&model.model)?;
         let size = OutputSize::of(&*experiment, &model.model.settings);
@@ -141,7 +141,7 @@ fn verify<'py>(
     model: &Model,
     accuracy: f64,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Answer<'py>> {
+) -> PyResult<VerbAnswer<'py>> {
     let mut told = Told { progress, failed: None };
     let found = py.detach(|| certify_model(&model.model, accuracy, &mut |words| told.tell(words)));
     told.failed.map_or(Ok(()), Err)?;
@@ -163,7 +163,7 @@ fn compare<'py>(
     orders: Vec<u32>,
     end: Option<f64>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Answer<'py>> {
+) -> PyResult<VerbAnswer<'py>> {
     let schemes = schemes_of(py, &schemes)?;
     let request = Request { schemes, steps, orders, end, ..Request::default() };
     let mut told = Told { progress, failed: None };
@@ -250,16 +250,19 @@ pub(crate) enum Varied {
 }
 
 /// Keys with their values, how they are sampled, how many points, the seed.
-pub(crate) type Order = (Vec<(String, Varied)>, String, Option<usize>, u64);
+pub(crate) type SweepOrder = (Vec<(String, Varied)>, String, Option<usize>, u64);
 
 /// The values of the keys at all points of a sweep, as texts.
 #[pyfunction]
-fn plan(py: Python<'_>, order: Order) -> PyResult<Vec<Vec<String>>> {
+fn plan(py: Python<'_>, order: SweepOrder) -> PyResult<Vec<Vec<String>>> {
     Ok(plan_of(py, order)?.values())
 }
 
 /// The points of a sweep.
-pub(crate) fn plan_of(py: Python<'_>, (variations, sample, count, seed): Order) -> PyResult<Plan> {
+pub(crate) fn plan_of(
+    py: Python<'_>,
+    (variations, sample, count, seed): SweepOrder,
+) -> PyResult<Plan> {
     let variations = variations.into_iter().map(|(key, varied)| Variation {
         key,
         values: match varied {
@@ -267,13 +270,13 @@ pub(crate) fn plan_of(py: Python<'_>, (variations, sample, count, seed): Order) 
             Varied::List(values) => Values::List(values),
         },
     });
-    let sampling = Sampling::ALL.into_iter().find(|sampling| sampling.name() == sample);
+    let sampling = PointSampling::ALL.into_iter().find(|sampling| sampling.name() == sample);
     let Some(sampling) = sampling else {
-        return Err(no_word("sample", &sample, &Sampling::ALL.map(Sampling::name)));
+        return Err(no_word("sample", &sample, &PointSampling::ALL.map(PointSampling::name)));
     };
     let made = match (sampling, count) {
-        (Sampling::Grid, None) => Plan::grid(variations.collect()),
-        (Sampling::Grid, Some(_)) => {
+        (PointSampling::Grid, None) => Plan::grid(variations.collect()),
+        (PointSampling::Grid, Some(_)) => {
             let words = "n is the number of samples, and a grid has none";
             let help = r#"write sample="random", "latin" or "sobol", or leave n out"#;
             return Err(raise(py, "HolonomError", (words, help)));

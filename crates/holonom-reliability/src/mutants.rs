@@ -1,7 +1,7 @@
 //! The defects made on purpose, of all harnesses, and how soon each is found.
 
 use crate::fuzz::defects::FuzzDefect;
-use crate::fuzz::lane::{Lane, Watch};
+use crate::fuzz::lane::{Lane, LaneWatch};
 use crate::fuzz::targets;
 use crate::interrupt::{self, defects::InterruptDefect};
 use crate::soak::defects::SoakDefect;
@@ -66,7 +66,7 @@ impl Mutant {
                 let all = targets::all();
                 let target = all.iter().find(|target| target.name() == name)?;
                 let lane = Lane { seed: 1, number: 0, length: MOST };
-                let watch = Watch::new(name, &std::env::temp_dir());
+                let watch = LaneWatch::new(name, &std::env::temp_dir());
                 let tally = lane.run(&**target, &watch, Some(defect));
                 let own =
                     tally.faults.values().filter(|(_, case)| case.words.contains(defect.words()));

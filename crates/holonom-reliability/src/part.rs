@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// A part of the experiments of a seed.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct PartOfSeed {
     /// Their seed.
     pub seed: u64,
     /// Which of them.
@@ -20,14 +20,14 @@ pub struct Part {
     pub json: Option<PathBuf>,
 }
 
-impl Default for Part {
+impl Default for PartOfSeed {
     fn default() -> Self {
         let jobs = std::thread::available_parallelism().map_or(1, usize::from);
         Self { seed: 1, shard: Shard::WHOLE, jobs, json: None }
     }
 }
 
-impl Part {
+impl PartOfSeed {
     /// Takes an option that a harness has not of its own.
     ///
     /// # Errors

@@ -29,7 +29,7 @@ pub enum Strokes {
 
 /// A line chart.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Chart {
+pub struct LineChart {
     /// What it shows.
     pub title: String,
     /// The horizontal axis.
@@ -48,7 +48,7 @@ pub struct Chart {
     pub curves: Vec<Series>,
 }
 
-impl Chart {
+impl LineChart {
     /// Curves that are zero throughout, by name.
     #[must_use]
     pub fn zero_curves(&self) -> Vec<&str> {
@@ -98,11 +98,11 @@ mod tests {
     use crate::style::Style;
 
     /// A chart of one curve.
-    fn chart(points: Vec<(f64, f64)>, logarithmic: [bool; 2]) -> Chart {
+    fn chart(points: Vec<(f64, f64)>, logarithmic: [bool; 2]) -> LineChart {
         let axis = |logarithmic| ChartAxis { logarithmic, ..ChartAxis::linear("q", "m") };
         let [x, y] = logarithmic.map(axis);
         let curves = vec![Series { name: "c".into(), points }];
-        Chart {
+        LineChart {
             title: "t".into(),
             x,
             y,
@@ -136,7 +136,7 @@ mod tests {
                 for logarithmic in [[false; 2], [false, true], [true; 2]] {
                     let points = vec![(a, b), (b, a), (a, a)];
                     let drawn = chart(points, logarithmic);
-                    let svg = Chart { resolution: b.abs(), ..drawn.clone() }.svg();
+                    let svg = LineChart { resolution: b.abs(), ..drawn.clone() }.svg();
                     assert!(!svg.contains("NaN"), "resolution {b:e}");
                     let svg = drawn.svg();
                     assert!(svg.len() < 100_000 && !svg.contains("NaN"), "{a:e} {b:e}");
@@ -166,14 +166,19 @@ mod tests {
     fn changes_below_the_resolution_are_a_straight_line() {
         let wild = |t: i32| (f64::from(t), 19.4 + 1e-13 * f64::from(t % 7));
         let points: Vec<_> = (0..50).map(wild).collect();
-        let drawn = Chart { resolution: 1e-9, ..chart(points, [false; 2]) };
+        let drawn = LineChart { resolution: 1e-9, ..chart(points, [false; 2]) };
         let heights: Vec<f64> = drawn.drawn_curves()[0].points.iter().map(|p| p.1).collect();
         assert!(heights.iter().all(|y| y.to_bits() == heights[0].to_bits()), "{heights:?}");
         let tiny = |t: i32| (f64::from(t), 1e-17 * f64::from(t % 7 - 3));
-        let small = Chart { resolution: 1e-9, ..chart((0..50).map(tiny).collect(), [false; 2]) };
+        let small =
+            LineChart { resolution: 1e-9, ..chart((0..50).map(tiny).collect(), [false; 2]) };
         assert_eq!(small.legend(), ["c ≈ 0"]);
         assert!(small.drawn_curves()[0].points.iter().all(|p| p.1 == 0.0));
-        assert_eq!(Chart { resolution: 0.0, ..small }.legend(), ["c"], "nothing is known of it");
+        assert_eq!(
+            LineChart { resolution: 0.0, ..small }.legend(),
+            ["c"],
+            "nothing is known of it"
+        );
     }
 
     #[test]
@@ -181,7 +186,7 @@ mod tests {
         let points = |phase: f64| (0..5).map(f64::from).map(move |t| (t, 1e-3 * (t + phase)));
         let curve =
             |name: &str, phase| Series { name: name.into(), points: points(phase).collect() };
-        let drawn = Chart {
+        let drawn = LineChart {
             title: "not drawn".into(),
             x: ChartAxis::time(),
             y: ChartAxis::linear("energy", "J"),

@@ -1,6 +1,6 @@
 //! Charts of `energy.csv`: parts of the energy, work, balance.
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::plots::Plot;
 use super::series::subsample;
 use holonom_sim::output::TimeSeries;
@@ -24,7 +24,7 @@ pub fn energy_plots(table: &TimeSeries) -> Vec<Plot> {
     let chart = |name: &str, title: &str, caption: &str, curves: Vec<Series>| Plot {
         name: name.to_owned(),
         caption: caption.to_owned(),
-        chart: Chart {
+        chart: LineChart {
             title: title.to_owned(),
             x: ChartAxis::time(),
             y: ChartAxis::linear(if name == "work" { "work" } else { "energy" }, "J"),

@@ -1,16 +1,16 @@
 //! `estimate.html`: unknown numbers from measurements, data over model, residuals, correlations.
 
-use holonom_sim::identification::{Found, Identified, MeasuredRow};
+use holonom_sim::identification::{Identified, IdentifiedModel, MeasuredRow};
 use holonom_sim::sensor::columns;
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::facts::rounded;
 use super::optimum_page::push_charts;
 use super::page::{foot, head, heading, push_grid, push_list, push_model, push_warnings};
 
 /// The charts of an estimate: of each column the data over the model, and the residuals.
 #[must_use]
-pub fn estimate_charts(found: &Found) -> Vec<Chart> {
+pub fn estimate_charts(found: &IdentifiedModel) -> Vec<LineChart> {
     let known = columns(&found.model);
     let mut charts = Vec::new();
     for (k, own) in found.estimate.columns.iter().enumerate() {
@@ -22,15 +22,16 @@ pub fn estimate_charts(found: &Found) -> Vec<Chart> {
         };
         let sensor = known.iter().find(|column| column.name() == own.sensor);
         let (quantity, unit) = sensor.map_or(("value", ""), |own| (own.quantity, own.unit));
-        let chart = |title: String, y: ChartAxis, strokes: Strokes, curves: Vec<Series>| Chart {
-            title,
-            x: ChartAxis::time(),
-            y,
-            strokes,
-            resolution: 0.0,
-            marks: Vec::new(),
-            curves,
-        };
+        let chart =
+            |title: String, y: ChartAxis, strokes: Strokes, curves: Vec<Series>| LineChart {
+                title,
+                x: ChartAxis::time(),
+                y,
+                strokes,
+                resolution: 0.0,
+                marks: Vec::new(),
+                curves,
+            };
         charts.push(chart(
             format!("{}: data over model", own.column),
             ChartAxis::linear(quantity, unit),
@@ -49,7 +50,7 @@ pub fn estimate_charts(found: &Found) -> Vec<Chart> {
 
 /// The page of an estimate; `command` makes it again.
 #[must_use]
-pub fn estimate_page(found: &Found, command: &str) -> String {
+pub fn estimate_page(found: &IdentifiedModel, command: &str) -> String {
     let own = &found.estimate;
     let title = format!("{}: numbers from measurements", own.model);
     let mut html = head(&title);

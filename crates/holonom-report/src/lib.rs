@@ -2,7 +2,7 @@
 //!
 //! | type | is |
 //! |---|---|
-//! | [`Chart`], [`Drawing`] | curves with their axes; lines, areas and words as SVG, PDF, PNG |
+//! | [`LineChart`], [`Drawing`] | curves with their axes; lines, areas and words as SVG, PDF, PNG |
 //! | [`Scene`] | what moves on a page: motions over one another, equilibria, modes, one configuration |
 
 #![forbid(unsafe_code)]
@@ -40,7 +40,7 @@ use holonom_sim::output::{OutputError, RunFolder, TimeSeries};
 use scene::Scene;
 use selected::Scales;
 
-pub use chart::{Chart, ChartAxis, Series, Strokes};
+pub use chart::{ChartAxis, LineChart, Series, Strokes};
 pub use command_line::command_line;
 pub use configuration_page::{Assembled, configuration_page};
 pub use drawing::{Drawing, Point, Typeface};
@@ -151,7 +151,7 @@ fn scene_of(folder: &RunFolder, model: &Model, sensors: Option<&TimeSeries>) -> 
         let moments = folder.bending_moments(&frames).unwrap_or_default();
         let events = folder.read_events().unwrap_or_default();
         let contacts = folder.read_contacts().unwrap_or_default();
-        Scene::with_events(model, &frames, &moments, (sensors, &events, &contacts))
+        Scene::with_events(model, &frames, &moments, sensors, &events, &contacts)
     });
     match scene {
         Some(scene) => scene.html(),

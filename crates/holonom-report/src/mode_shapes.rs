@@ -1,7 +1,7 @@
 //! Pictures of mode shapes: the configuration, and the configuration displaced to both sides; the
 //! Campbell diagram.
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::drawing::Point;
 use super::picture::{Item, Paint, Picture, axonometric};
 use holonom_sim::Beams;
@@ -64,7 +64,7 @@ const MULTIPLES: [f64; 3] = [1.0, 2.0, 3.0];
 /// Frequencies in the frame that rotates over the speed, with the multiples of the speed by which
 /// what is fixed in space excites the system.
 #[must_use]
-pub fn campbell_diagram(campbell: &Campbell) -> Chart {
+pub fn campbell_diagram(campbell: &Campbell) -> LineChart {
     let count = campbell.speeds.first().map_or(0, |speed| speed.vibrations.len());
     let curve = |k: usize| Series {
         name: format!("mode {}", k + 1),
@@ -83,7 +83,7 @@ pub fn campbell_diagram(campbell: &Campbell) -> Chart {
         let points = vec![(0.0, 0.0), (end, multiple * end / std::f64::consts::TAU)];
         curves.push(Series { name: format!("{multiple} × speed"), points });
     }
-    Chart {
+    LineChart {
         title: "Campbell diagram, rotating frame".to_owned(),
         x: ChartAxis::linear("speed", "rad/s"),
         y: ChartAxis::linear("frequency", "Hz"),

@@ -1,7 +1,7 @@
 //! What is said of an optimum, in lines.
 
 use super::facts::{Fact, counted as one_or, rounded};
-use holonom_sim::optimize::{OptimumReport, Status};
+use holonom_sim::optimize::{OptimumReport, SearchStatus};
 
 fn counted(count: usize, one: &str) -> String {
     one_or(count as u64, one, &format!("{one}s"))
@@ -31,14 +31,16 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
     let mut fact = |subject: &'static str, finding: String| facts.push(Fact { subject, finding });
     let iterations = counted(found.iterations, "iteration");
     let words = match (found.status, found.sufficient) {
-        (Status::Optimal, _) if found.terms.is_empty() => "the conditions are met",
-        (Status::Optimal, Some(false)) => "a stationary point, which may be no minimum",
+        (SearchStatus::Optimal, _) if found.terms.is_empty() => "the conditions are met",
+        (SearchStatus::Optimal, Some(false)) => "a stationary point, which may be no minimum",
         (status, _) => status.words(),
     };
     let second = match (found.status, found.sufficient) {
-        (Status::Optimal, Some(true)) if found.parameters.is_empty() => ", second-order sufficient",
-        (Status::Optimal, Some(true)) => ", second-order sufficient in the controls",
-        (Status::Optimal, Some(false)) => {
+        (SearchStatus::Optimal, Some(true)) if found.parameters.is_empty() => {
+            ", second-order sufficient"
+        }
+        (SearchStatus::Optimal, Some(true)) => ", second-order sufficient in the controls",
+        (SearchStatus::Optimal, Some(false)) => {
             "; second order not shown: try another `guess`, or `starts`"
         }
         _ => "",
@@ -88,8 +90,10 @@ pub fn optimum_facts(found: &OptimumReport) -> Vec<Fact> {
         let steps =
             own.by_steps.map_or_else(String::new, |by| format!(", step by step to {by:.0e}"));
         let follows = own.by_steps.unwrap_or(own.deviation) <= FOLLOWED;
-        let iterate =
-            matches!(found.status, Status::Infeasible | Status::Stopped | Status::Unfinished);
+        let iterate = matches!(
+            found.status,
+            SearchStatus::Infeasible | SearchStatus::Stopped | SearchStatus::Unfinished
+        );
         let words = match follows || !iterate {
             true => format!("the motion follows its controls to {:.0e}{steps}", own.deviation),
             false => "none: a search on its way has no motion of its controls yet".to_owned(),
@@ -167,12 +171,12 @@ mod tests {
         let start = |start: usize, count: usize, cost: f64| StartFound {
             start,
             count,
-            status: Status::Optimal,
+            status: SearchStatus::Optimal,
             cost,
             message: String::new(),
         };
         OptimumReport {
-            status: Status::Optimal,
+            status: SearchStatus::Optimal,
             sufficient: Some(true),
             cost: 4.0,
             terms: vec![TermValue { name: "cheap".into(), value: 4.0 }],
@@ -217,7 +221,7 @@ mod tests {
         );
         assert!(finding(&point, "status").ends_with("try another `guess`, or `starts`"));
         let mut turned = found();
-        (turned.status, turned.turns_at_bound) = (Status::TurnsBounded, Some(6));
+        (turned.status, turned.turns_at_bound) = (SearchStatus::TurnsBounded, Some(6));
         assert_eq!(finding(&turned, "bounds"), "turns of 1 rad in 6 steps");
         assert!(finding(&turned, "status").starts_with("an optimum among turns of at most 1 rad"));
     }
@@ -225,7 +229,7 @@ mod tests {
     #[test]
     fn a_search_that_did_not_end_is_no_optimum() {
         let mut own = found();
-        own.status = Status::Stopped;
+        own.status = SearchStatus::Stopped;
         own.refinements[1].comparable = false;
         own.conditions[1].violation = 0.25;
         assert_eq!(finding(&own, "conditions"), "missed by 2.5e-1 at most");

@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use holonom_model::Model;
-use holonom_sim::optimize::{Found, OptimumReport, Status};
+use holonom_sim::optimize::{FoundOptimum, OptimumReport, SearchStatus};
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::facts::rounded;
 use super::optimum_facts::{optimum_counts, optimum_facts};
 use super::page::{
@@ -15,7 +15,7 @@ use super::page::{
 
 /// The values of each control over time, constant in each step, with its bounds.
 #[must_use]
-pub fn control_charts(model: &Model, found: &Found) -> Vec<Chart> {
+pub fn control_charts(model: &Model, found: &FoundOptimum) -> Vec<LineChart> {
     let (h, end) = (found.report.step, found.report.time);
     let chart = |(k, own): (usize, &holonom_model::Control)| {
         let ends = |(n, row): (usize, &Vec<f64>)| [n, n + 1].map(|node| (node as f64 * h, row[k]));
@@ -38,9 +38,9 @@ pub fn control_charts(model: &Model, found: &Found) -> Vec<Chart> {
 
 /// What iterations do: violations and slopes, the cost; of a design its parameters as well.
 #[must_use]
-pub fn iteration_charts(found: &Found) -> Vec<Chart> {
+pub fn iteration_charts(found: &FoundOptimum) -> Vec<LineChart> {
     let report = &found.report;
-    let curve = |name: &str, of: &dyn Fn(&holonom_sim::optimize::Step) -> f64| {
+    let curve = |name: &str, of: &dyn Fn(&holonom_sim::optimize::SearchStep) -> f64| {
         let points = found.steps.iter().enumerate().map(|(i, at)| (i as f64, of(at)));
         Series { name: name.to_owned(), points: points.collect() }
     };
@@ -53,7 +53,7 @@ pub fn iteration_charts(found: &Found) -> Vec<Chart> {
     let chart = |title: &str, y: ChartAxis, curves: Vec<Series>| {
         let axes = [ChartAxis::linear("iteration", ""), y];
         let chart = drawn(title.to_owned(), axes, Strokes::MarkedLine, curves);
-        Chart { marks: marks.clone(), ..chart }
+        LineChart { marks: marks.clone(), ..chart }
     };
     let mut left = vec![curve("violation", &|at| at.iterate.infeasibility)];
     if !found.controls.is_empty() {
@@ -69,26 +69,31 @@ pub fn iteration_charts(found: &Found) -> Vec<Chart> {
         charts.push(chart("cost", ChartAxis::linear("cost", ""), cost));
     }
     for (k, own) in report.parameters.iter().enumerate() {
-        let value = |at: &holonom_sim::optimize::Step| at.parameters[k];
+        let value = |at: &holonom_sim::optimize::SearchStep| at.parameters[k];
         let curves = vec![curve(&own.name, &value)];
         charts.push(chart(&own.name, ChartAxis::linear(&own.name, ""), curves));
     }
     charts
 }
 
-fn drawn(title: String, [x, y]: [ChartAxis; 2], strokes: Strokes, curves: Vec<Series>) -> Chart {
-    Chart { title, x, y, strokes, resolution: 0.0, marks: Vec::new(), curves }
+fn drawn(
+    title: String,
+    [x, y]: [ChartAxis; 2],
+    strokes: Strokes,
+    curves: Vec<Series>,
+) -> LineChart {
+    LineChart { title, x, y, strokes, resolution: 0.0, marks: Vec::new(), curves }
 }
 
 /// The page of an optimum of a model; `scene`: of its run; `command` makes it again.
 #[must_use]
-pub fn optimum_page(model: &Model, found: &Found, scene: &str, command: &str) -> String {
+pub fn optimum_page(model: &Model, found: &FoundOptimum, scene: &str, command: &str) -> String {
     let own = &found.report;
     let mut html = head(&format!("{}: optimum", own.model));
     html += &heading(&own.model, &[optimum_counts(own)], command);
-    if own.status == Status::TurnsBounded {
+    if own.status == SearchStatus::TurnsBounded {
         push_warnings(&mut html, &own.missed);
-    } else if own.status != Status::Optimal {
+    } else if own.status != SearchStatus::Optimal {
         let missed = own.missed.iter().map(|words| format!("; {words}")).collect::<String>();
         let words = escape(&format!("No optimum: {}{missed}.", own.status.words()));
         let _ = writeln!(html, "<p class=\"failed\">{words}</p>");
@@ -121,7 +126,7 @@ pub fn optimum_page(model: &Model, found: &Found, scene: &str, command: &str) ->
 }
 
 /// Charts beside one another, as far as there is room.
-pub(crate) fn push_charts(html: &mut String, charts: &[Chart]) {
+pub(crate) fn push_charts(html: &mut String, charts: &[LineChart]) {
     html.push_str("<div class=\"charts\">\n");
     charts.iter().for_each(|chart| html.push_str(&figure(chart, "")));
     html.push_str("</div>\n");
@@ -132,7 +137,7 @@ fn bound(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| rounded(value, 9))
 }
 
-fn push_controls(html: &mut String, model: &Model, found: &Found) {
+fn push_controls(html: &mut String, model: &Model, found: &FoundOptimum) {
     let own = &found.report.controls;
     if own.is_empty() {
         return;
@@ -230,7 +235,7 @@ mod tests {
     use super::*;
     use holonom_sim::gradient::TermValue;
     use holonom_sim::optimize::{ConditionMet, ControlFound, Iterate, ParameterFound};
-    use holonom_sim::optimize::{Refinement, Step};
+    use holonom_sim::optimize::{Refinement, SearchStep};
 
     const MODEL: &str = r#"
         model = { name = "m" }
@@ -241,7 +246,7 @@ mod tests {
         objective = [{ name = "cheap", type = "effort" }]
     "#;
 
-    fn found(model: &Model) -> Found {
+    fn found(model: &Model) -> FoundOptimum {
         let cheap = TermValue { name: "cheap".into(), value: 1.25 };
         let (min, max) = (None, Some(3.0));
         let torque = ControlFound { name: "torque".into(), min, max, largest: 2.0, at_bounds: 0 };
@@ -257,7 +262,7 @@ mod tests {
         };
         let report = OptimumReport {
             model: "m".into(),
-            status: Status::Optimal,
+            status: SearchStatus::Optimal,
             steps: 2,
             step: 0.5,
             time: 1.0,
@@ -272,12 +277,12 @@ mod tests {
         };
         let step = |steps: usize, cost: f64| {
             let iterate = Iterate { cost, infeasibility: 0.1 * cost, ..Iterate::default() };
-            Step { start: 1, steps, iterate, parameters: vec![3.0 * cost] }
+            SearchStep { start: 1, steps, iterate, parameters: vec![3.0 * cost] }
         };
         let steps = vec![step(1, 4.0), step(1, 2.0), step(2, 1.25)];
         let controls = vec![vec![-1.0], vec![2.0]];
-        let kept = holonom_sim::optimize::Kept::default();
-        Found {
+        let kept = holonom_sim::optimize::SearchEnd::default();
+        FoundOptimum {
             report,
             steps,
             model: model.clone(),
@@ -304,7 +309,7 @@ mod tests {
         let model = Model::from_toml(MODEL).unwrap();
         let mut found = found(&model);
         let charts = iteration_charts(&found);
-        let names = |chart: &Chart| -> Vec<String> {
+        let names = |chart: &LineChart| -> Vec<String> {
             chart.curves.iter().map(|curve| curve.name.clone()).collect()
         };
         assert_eq!(names(&charts[0]), ["violation", "stationarity", "barrier"]);
@@ -341,7 +346,7 @@ mod tests {
             assert!(page.contains(words), "{words}");
         }
         assert!(!page.contains("class=\"failed\"") && !page.contains("id=\"parameters\""));
-        own.report.status = Status::Infeasible;
+        own.report.status = SearchStatus::Infeasible;
         own.report.missed = vec!["`up` by 3".into()];
         let page = optimum_page(&model, &own, "", "");
         assert!(page.contains("class=\"failed\"") && page.contains("`up` by 3."));

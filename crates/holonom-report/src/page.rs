@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::chart::Chart;
+use super::chart::LineChart;
 use super::facts::{counted, counts, facts, iterations, rounded, time};
 use super::style::Style;
 use holonom_sim::is_note;
@@ -21,14 +21,14 @@ pub struct Figure {
 
 /// A part of the page of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Section {
+enum PageSection {
     Sensors,
     Motion,
     Energy,
     Method,
 }
 
-impl Section {
+impl PageSection {
     const ALL: [(Self, &str, &str); 4] = [
         (Self::Sensors, "sensors", "Sensors"),
         (Self::Motion, "motion", "Motion"),
@@ -65,18 +65,18 @@ pub fn page(
     }
     push_failure(&mut html, summary);
     let parts = figures.iter().any(|figure| figure.name == "energies");
-    let of = |section: Section| -> Vec<&Figure> {
-        figures.iter().filter(|figure| Section::of(&figure.name, parts) == section).collect()
+    let of = |section: PageSection| -> Vec<&Figure> {
+        figures.iter().filter(|figure| PageSection::of(&figure.name, parts) == section).collect()
     };
     let sections: Vec<_> =
-        Section::ALL.into_iter().filter(|(section, ..)| !of(*section).is_empty()).collect();
+        PageSection::ALL.into_iter().filter(|(section, ..)| !of(*section).is_empty()).collect();
     let links = sections.iter().map(|(_, id, name)| (*id, *name));
     push_contents(&mut html, links.chain([("numbers", "Numbers"), ("model", "Model")]));
     html += scene;
     push_list(&mut html, facts(summary).into_iter().map(|fact| (fact.subject, fact.finding)));
     for (section, id, name) in sections {
         let own = of(section);
-        if section == Section::Method {
+        if section == PageSection::Method {
             let _ = writeln!(
                 html,
                 "<details id=\"{id}\">\n<summary><h2>{name}</h2>: {}</summary>",
@@ -86,10 +86,10 @@ pub fn page(
             let _ = writeln!(html, "<h2 id=\"{id}\">{name}</h2>");
         }
         push_figures(&mut html, own);
-        if section == Section::Motion {
+        if section == PageSection::Motion {
             push_left_out(&mut html, trajectory, figures);
         }
-        if section == Section::Method {
+        if section == PageSection::Method {
             html += "</details>\n";
         }
     }
@@ -153,7 +153,7 @@ pub fn push_contents<'a>(html: &mut String, links: impl Iterator<Item = (&'a str
 
 /// A chart as a part of a page, for wide and for narrow windows, with what to look for.
 #[must_use]
-pub fn figure(chart: &Chart, caption: &str) -> String {
+pub fn figure(chart: &LineChart, caption: &str) -> String {
     let drawn = |style: &Style, class: &str| {
         let svg = inline(&chart.drawing(style).svg(), &chart.title);
         svg.replacen("<svg ", &format!("<svg class=\"{class}\" "), 1)

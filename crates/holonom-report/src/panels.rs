@@ -1,7 +1,7 @@
 //! Charts below one another as a drawing: titles, legends, axes, curves.
 
 use super::axis::{AxisScale, ChartAxis, Tick};
-use super::chart::{Chart, Series, Strokes};
+use super::chart::{LineChart, Series, Strokes};
 use super::coincidence;
 use super::drawing::{Anchor, BOLD, Color, Drawing, Mark, Point, Stroke, Words, shortened, width};
 use super::page::escape;
@@ -14,7 +14,7 @@ const SLENDER: f64 = 20.0;
 /// A curve with more points is drawn by a thinner line.
 const DENSE: usize = 1200;
 
-impl Chart {
+impl LineChart {
     /// The chart as a stand-alone SVG on white.
     #[must_use]
     pub fn svg(&self) -> String {
@@ -29,7 +29,7 @@ impl Chart {
 }
 
 /// The charts in a style; with one horizontal axis if all have the same.
-pub(crate) fn panels(charts: &[Chart], style: &Style) -> Drawing {
+pub(crate) fn panels(charts: &[LineChart], style: &Style) -> Drawing {
     let shared = charts.windows(2).all(|pair| pair[0].x == pair[1].x);
     let mut parts: Vec<Panel> = charts.iter().map(|chart| Panel::new(chart, style)).collect();
     let below: f64 = parts.iter().map(|part| part.below).sum();
@@ -100,7 +100,7 @@ struct Area {
 }
 
 struct Panel<'a> {
-    chart: &'a Chart,
+    chart: &'a LineChart,
     style: &'a Style,
     curves: Vec<Series>,
     x: AxisScale,
@@ -119,7 +119,7 @@ struct Panel<'a> {
 }
 
 impl<'a> Panel<'a> {
-    fn new(chart: &'a Chart, style: &'a Style) -> Self {
+    fn new(chart: &'a LineChart, style: &'a Style) -> Self {
         let curves = chart.drawn_curves();
         let points = || curves.iter().flat_map(|c| &c.points);
         let x = AxisScale::across(&chart.x, points().map(|p| p.0));

@@ -1,9 +1,9 @@
 //! Which charts a run has.
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::series::{PointList, subsample};
 use holonom_sim::output::columns::{
-    self, ANGULAR_MOMENTUM, Column, DISCRETE_ENERGY, HAMILTONIAN, LEVELS, LINEAR_MOMENTUM,
+    self, ANGULAR_MOMENTUM, DISCRETE_ENERGY, HAMILTONIAN, LEVELS, LINEAR_MOMENTUM, OutputColumn,
     POSITION_NAMES, TIME,
 };
 use holonom_sim::output::{ResidualRow, Trajectory};
@@ -19,7 +19,7 @@ pub struct Plot {
     /// What to look for.
     pub caption: String,
     /// The chart.
-    pub chart: Chart,
+    pub chart: LineChart,
 }
 
 impl Plot {
@@ -44,7 +44,7 @@ impl Plot {
 /// All charts of a run.
 #[must_use]
 pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
-    let curves = Curves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
+    let curves = PlotCurves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
     let mut plots = vec![curves.energy(), curves.energy_error()];
     plots.push(curves.drift("angular", ANGULAR_MOMENTUM));
     plots.push(curves.drift("linear", LINEAR_MOMENTUM));
@@ -62,7 +62,7 @@ pub fn plots(trajectory: &Trajectory) -> Vec<Plot> {
 /// most.
 #[must_use]
 pub fn static_plots(trajectory: &Trajectory) -> Vec<Plot> {
-    let curves = Curves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
+    let curves = PlotCurves { trajectory, t: trajectory.column(TIME.name).unwrap_or_default() };
     let ways = curves.ways();
     let mut plots = vec![curves.load_path(&ways), curves.potential()];
     let shown = ways.iter().enumerate();
@@ -81,12 +81,12 @@ const PATHS: usize = 4;
 /// A displacement, as a part of the largest one, that is none.
 const AT_REST: f64 = 1e-12;
 
-struct Curves<'a> {
+struct PlotCurves<'a> {
     trajectory: &'a Trajectory,
     t: &'a [f64],
 }
 
-impl Curves<'_> {
+impl PlotCurves<'_> {
     fn of(&self, column: &str, name: &str, relative: bool) -> Option<Series> {
         let values = self.trajectory.column(column)?;
         let start = if relative { values.first().copied().unwrap_or(0.0) } else { 0.0 };
@@ -148,7 +148,7 @@ impl Curves<'_> {
                 "Displacement from the first equilibrium of the components that move most, against the load \
                       factor t: loads without a history are t/end of what is stated. Beyond a limit point it decreases."
                     .into(),
-            chart: Chart {
+            chart: LineChart {
                 title: "Load path".into(),
                 x: ChartAxis::linear("displacement", "m"),
                 y: ChartAxis::load_factor(),
@@ -172,8 +172,8 @@ impl Curves<'_> {
         }
     }
 
-    fn drift(&self, kind: &str, columns: [Column; 3]) -> Plot {
-        let [Column { unit, .. }, ..] = columns;
+    fn drift(&self, kind: &str, columns: [OutputColumn; 3]) -> Plot {
+        let [OutputColumn { unit, .. }, ..] = columns;
         let curve = |name: &str| self.of(name, &format!("{name} − {name}(0)"), true);
         let curves = columns.map(|column| curve(column.name));
         let title = match kind {
@@ -217,8 +217,8 @@ fn linear<const N: usize>(
     quantity: &str,
     unit: &str,
     curves: [Option<Series>; N],
-) -> Chart {
-    Chart {
+) -> LineChart {
+    LineChart {
         title: title.to_owned(),
         x: ChartAxis::time(),
         y: ChartAxis::linear(quantity, unit),
@@ -242,7 +242,7 @@ fn residuals(rows: &[ResidualRow]) -> Plot {
         caption: "Largest residual of the constraints: of positions |g(q)|, of velocities \
                   |G(q_mid) Δq/h|, of momenta |G M⁻¹ p|. Values of zero are not drawn."
             .into(),
-        chart: Chart {
+        chart: LineChart {
             title: "Constraint residuals".into(),
             x: ChartAxis::time(),
             y: ChartAxis::logarithmic("largest residual", "SI"),

@@ -6,13 +6,13 @@ use holonom_model::Model;
 use holonom_sim::modes::About;
 use holonom_sim::response::{Resonance, Response, ResponseColumn};
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::facts::{counted, rounded};
 use super::page::{foot, head, heading, inline, push_grid, push_list, push_model, push_warnings};
 
 /// The charts of a response with their names: amplitudes and phases of each quantity.
 #[must_use]
-pub fn response_charts(response: &Response) -> Vec<(String, Chart)> {
+pub fn response_charts(response: &Response) -> Vec<(String, LineChart)> {
     let mut groups: Vec<(&str, &str)> = Vec::new();
     for column in &response.columns {
         let own = (column.quantity.as_str(), column.unit.as_str());
@@ -37,7 +37,7 @@ pub fn response_charts(response: &Response) -> Vec<(String, Chart)> {
             };
             own.iter().map(|c| Series { name: c.name.clone(), points: points(c) }).collect()
         };
-        let chart = |title: &str, y: ChartAxis, curves: Vec<Series>| Chart {
+        let chart = |title: &str, y: ChartAxis, curves: Vec<Series>| LineChart {
             title: format!("{quantity}: {title}"),
             x: ChartAxis::linear("frequency", "Hz"),
             y,

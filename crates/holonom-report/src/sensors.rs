@@ -1,18 +1,18 @@
 //! Charts of `sensors.csv`: one for each quantity of each sensor.
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::plots::{Plot, file_name};
 use super::series::subsample;
 use holonom_model::Model;
 use holonom_sim::output::TimeSeries;
-use holonom_sim::sensor::{self, Column};
+use holonom_sim::sensor::{self, SensorColumn};
 
 /// Sensors that are drawn.
 const SENSORS: usize = 24;
 
 /// All charts of the sensors of a run.
 #[must_use]
-pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
+pub fn sensor_plots(table: &TimeSeries, columns: &[SensorColumn]) -> Vec<Plot> {
     let mut names: Vec<&str> = columns.iter().map(|c| c.sensor.as_str()).collect();
     names.dedup();
     let all = names.len();
@@ -25,15 +25,16 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
         quantities.dedup();
         let several = quantities.len() > 1;
         for (quantity, unit) in quantities {
-            let label =
-                |c: &Column| if c.part.is_empty() { c.sensor.clone() } else { c.part.clone() };
+            let label = |c: &SensorColumn| {
+                if c.part.is_empty() { c.sensor.clone() } else { c.part.clone() }
+            };
             let (curves, empty): (Vec<_>, Vec<_>) = own()
                 .filter(|(_, c)| c.quantity == quantity)
                 .partition(|(k, _)| table.values[*k].iter().any(|value| value.is_finite()));
             if curves.is_empty() {
                 continue;
             }
-            let curve = |(k, c): (usize, &Column)| Series {
+            let curve = |(k, c): (usize, &SensorColumn)| Series {
                 name: label(c),
                 points: subsample(&table.t, &table.values[k]),
             };
@@ -46,7 +47,7 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
             plots.push(Plot {
                 name: format!("sensor_{:02}_{}{kind}", i + 1, file_name(name)),
                 caption,
-                chart: Chart {
+                chart: LineChart {
                     title: format!("Sensor {name}: {quantity}"),
                     x: ChartAxis::time(),
                     y: ChartAxis::linear(quantity, unit),
@@ -68,15 +69,15 @@ pub fn sensor_plots(table: &TimeSeries, columns: &[Column]) -> Vec<Plot> {
 /// The columns of the table as the model describes them; without quantities and units when it does
 /// not.
 #[must_use]
-pub fn sensor_columns(table: &TimeSeries, model: Option<&Model>) -> Vec<Column> {
+pub fn sensor_columns(table: &TimeSeries, model: Option<&Model>) -> Vec<SensorColumn> {
     let columns = model.map(sensor::columns).unwrap_or_default();
-    if columns.iter().map(Column::name).eq(table.columns.iter().cloned()) {
+    if columns.iter().map(SensorColumn::name).eq(table.columns.iter().cloned()) {
         return columns;
     }
     let bare = |name: &String| {
         let (sensor, part) = name.split_once('.').unwrap_or((name, ""));
         let quantity = if part == sensor::UNIQUE { "" } else { "value" };
-        Column { sensor: sensor.to_owned(), part: part.to_owned(), quantity, unit: "" }
+        SensorColumn { sensor: sensor.to_owned(), part: part.to_owned(), quantity, unit: "" }
     };
     table.columns.iter().map(bare).collect()
 }

@@ -70,7 +70,7 @@ pub fn caption(times: &[f64], statics: bool) -> String {
 /// One smooth line for each leg; `nodes`: those of the beam come first.
 fn lines(beam: &Beam, nodes: &[[f64; 3]]) -> Vec<Vec<[f64; 3]>> {
     let mut first = 0;
-    let leg = |mesh: vi_beam::Mesh| {
+    let leg = |mesh: vi_beam::BeamMesh| {
         let own = &nodes[first..first + mesh.centers.len()];
         first += own.len();
         let own: Vec<Vector3<f64>> = own.iter().map(|x| Vector3::from(*x)).collect();

@@ -27,7 +27,7 @@
 //! | [`Simulation`](simulation::Simulation), [`Statics`](statics::Statics) | what runs: a motion, or equilibria |
 //! | [`Sample`](sample::Sample), [`Summary`](output::Summary) | a recorded node; a run in numbers |
 //! | [`RunState`], [`Recorder`](output::Recorder), [`Checkpoint`](output::Checkpoint) | a run between two steps: its state, its files, both in one file |
-//! | `RowTable`, [`Column`](sensor::Column) | the files of rows and their columns, for all who write or read them |
+//! | `RowTable`, [`SensorColumn`](sensor::SensorColumn) | the files of rows and their columns, for all who write or read them |
 //!
 //! This crate writes files; it draws nothing and knows no terminal.
 #![forbid(unsafe_code)]

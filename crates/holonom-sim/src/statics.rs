@@ -16,17 +16,17 @@
 use crate::assembly::agreement;
 use crate::assembly::curved_elements::remarks_at;
 use crate::assembly::{self, AssemblyReport};
-use crate::experiment::Experiment;
+use crate::experiment::RunnableModel;
 use crate::resolution::limits::LimitWatch;
 use crate::run::contacts::ContactWatch;
 pub use crate::run::outcome::StaticFacts;
 use crate::run::outcome::{RunFailure, RunOutcome};
-use crate::sample::{Member, Residuals, Sample};
+use crate::sample::{Member, ResidualsAtLevels, Sample};
 use crate::sensor::{Sensors, View};
 use crate::system::beams::{Beams, bending_bounds};
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::law::{self, Laws};
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use crate::system::{self, System};
 
 use holonom_model::{Bifurcation, Columns, History, Model, ModelError, Scheme, Settings};
@@ -39,7 +39,7 @@ use vi_core::Configuration;
 use vi_core::newton::{Fault, NewtonError};
 use vi_core::sparse::SparseMatrix;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 use vi_statics::{
     ArcLengthSettings, Equilibrium, RotationError, StaticError, StaticProblem, StaticSettings,
     SteadyMotion, SteadyMotionError, SteadyRotation,
@@ -152,7 +152,10 @@ impl Statics {
     }
 
     /// Of a model of statics along its loads, with what acts on it from outside.
-    pub(crate) fn with_outside(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+    pub(crate) fn with_outside(
+        model: &Model,
+        outside: &ExternalActions,
+    ) -> Result<Self, ModelError> {
         let model = &growing(model);
         refuse_rolling(model, MOTION)?;
         refuse_integrals(model)?;
@@ -161,15 +164,15 @@ impl Statics {
 
     /// The same of any model, also of one that has no equilibria.
     fn assembled(model: &Model) -> Result<Self, ModelError> {
-        Self::assembled_with(model, &Outside::default())
+        Self::assembled_with(model, &ExternalActions::default())
     }
 
-    fn assembled_with(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+    fn assembled_with(model: &Model, outside: &ExternalActions) -> Result<Self, ModelError> {
         let System { mechanism, dynamics, members, mut sensors, beams, contacts, laws, .. } =
             system::build_with(model, outside)?;
         let system = dynamics.variational(&mechanism);
         let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
-        let nearly = Loops::find(&mechanism, 0.0, &q).ok();
+        let nearly = IndependentLoops::find(&mechanism, 0.0, &q).ok();
         let mechanism = mechanism.accepting(nearly.and_then(|loops| loops.nearly_redundant()));
         let problem =
             StaticProblem::new(system, mechanism.clone()).with_elements(beams.parts.neighbours());
@@ -389,7 +392,7 @@ impl Statics {
     /// [`RunFailure`].
     pub fn reach_end(&mut self) -> Result<(), RunFailure> {
         let mut ignore = |_: &Sample| Ok(());
-        match Experiment::run(self, &mut ignore, &mut |_, _| {}) {
+        match RunnableModel::run(self, &mut ignore, &mut |_, _| {}) {
             Ok(RunOutcome::Failed(failure)) => Err(failure),
             _ => Ok(()),
         }
@@ -429,7 +432,10 @@ impl Statics {
             t: point.factor,
             energy: point.potential_energy,
             hamiltonian: point.potential_energy,
-            residuals: Residuals { position: point.position_residual, ..Residuals::default() },
+            residuals: ResidualsAtLevels {
+                position: point.position_residual,
+                ..ResidualsAtLevels::default()
+            },
             newton_iterations: point.iterations as f64,
             q: point.q.clone(),
             unstable: point.unstable,
@@ -602,7 +608,7 @@ enum Reached {
 
 type Observe<'a> = dyn FnMut(&Sample) -> io::Result<()> + 'a;
 
-impl Experiment for Statics {
+impl RunnableModel for Statics {
     fn columns(&self) -> &[Columns] {
         &self.settings.columns
     }

@@ -148,11 +148,13 @@ pub use vi_statics;
 
 pub use holonom_model::{Model, ModelError, Override};
 pub use holonom_sim::output::{RunFolder, Summary};
-pub use holonom_sim::sample::{Member, MemberKind, Momenta, MomentaNames, Residuals, Sample};
-pub use holonom_sim::simulation::control::{Controller, Midpoint, Reading};
+pub use holonom_sim::sample::{
+    Member, MemberKind, Momenta, MomentaNames, ResidualsAtLevels, Sample,
+};
+pub use holonom_sim::simulation::control::{Controller, NextMidpoint, Reading};
 pub use holonom_sim::simulation::members::Members;
 pub use holonom_sim::simulation::{AssemblyReport, RunFailure, RunOutcome, Simulation};
 pub use holonom_sim::statics::{StaticFacts, Statics};
 pub use holonom_sim::system::held::{Input, InputPlace};
-pub use holonom_sim::system::outside::{JointStart, Outside, OutsideLaw, OutsideMotion};
+pub use holonom_sim::system::outside::{ExternalActions, JointStart, OutsideLaw, OutsideMotion};
 pub use holonom_sim::{BeamParts, Beams, Counts, EventRecord, NoState, RunState, Stiffness};

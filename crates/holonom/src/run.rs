@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use holonom_model::{Model, ModelError, Scheme};
-use holonom_sim::experiment::Experiment;
+use holonom_sim::experiment::RunnableModel;
 use holonom_sim::output::{
-    CHECKPOINTS, Checkpoint, Ended, Interruption, OutputError, Recorder, RunFolder, Status,
+    CHECKPOINTS, Checkpoint, Ended, OutputError, Recorder, RunFolder, RunInterruption, Status,
     Summary, SummaryBuilder,
 };
 use holonom_sim::sample::Sample;
@@ -18,7 +18,7 @@ use holonom_sim::statics::Statics;
 ///
 /// # Errors
 /// [`ModelError`].
-pub fn prepare(model: &Model) -> Result<Box<dyn Experiment>, ModelError> {
+pub fn prepare(model: &Model) -> Result<Box<dyn RunnableModel>, ModelError> {
     prepare_reading(model, Reading::default())
 }
 
@@ -26,7 +26,10 @@ pub fn prepare(model: &Model) -> Result<Box<dyn Experiment>, ModelError> {
 ///
 /// # Errors
 /// [`ModelError`].
-pub fn prepare_reading(model: &Model, reading: Reading) -> Result<Box<dyn Experiment>, ModelError> {
+pub fn prepare_reading(
+    model: &Model,
+    reading: Reading,
+) -> Result<Box<dyn RunnableModel>, ModelError> {
     if model.settings.scheme == Scheme::Static {
         return Ok(Box::new(Statics::new(model)?));
     }
@@ -47,7 +50,7 @@ pub struct Finished {
 }
 
 /// What a run asks while it lasts.
-pub struct Control<'a> {
+pub struct RunControl<'a> {
     /// Called before every step with the number of steps taken and of all steps.
     pub progress: &'a mut dyn FnMut(u64, u64),
     /// Called with a warning when a node gives rise to it ([`Sample::notice`]); the summary has it
@@ -63,7 +66,7 @@ pub struct Control<'a> {
     pub command: Option<String>,
 }
 
-impl std::fmt::Debug for Control<'_> {
+impl std::fmt::Debug for RunControl<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { checkpoint_every, report, .. } = self;
         let mut shown = f.debug_struct("Control");
@@ -80,7 +83,7 @@ impl std::fmt::Debug for Control<'_> {
 /// [`OutputError`] when a file cannot be written.
 pub fn run(
     model: &Model,
-    simulation: &mut dyn Experiment,
+    simulation: &mut dyn RunnableModel,
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Finished, OutputError> {
@@ -91,7 +94,7 @@ pub fn run(
     };
     let (notice, interrupted) = (&mut |_: &str| {}, &mut || false);
     let (checkpoint_every, report, command) = (None, true, None);
-    let control = Control { progress, notice, interrupted, checkpoint_every, report, command };
+    let control = RunControl { progress, notice, interrupted, checkpoint_every, report, command };
     run_with(model, simulation, folder, control)
 }
 
@@ -102,9 +105,9 @@ pub fn run(
 /// [`OutputError`] when a file cannot be written.
 pub fn run_with(
     model: &Model,
-    simulation: &mut dyn Experiment,
+    simulation: &mut dyn RunnableModel,
     folder: &RunFolder,
-    control: Control<'_>,
+    control: RunControl<'_>,
 ) -> Result<Finished, OutputError> {
     let text = folder.write_model(model)?;
     let summary = SummaryBuilder::of(control.command.clone());
@@ -129,17 +132,17 @@ pub enum ContinueError {
 }
 
 /// Continues a run from a checkpoint of its folder: its files become, byte for byte, those of a run
-/// that was not interrupted, but for the elapsed time. Without [`Control::checkpoint_every`] the
+/// that was not interrupted, but for the elapsed time. Without [`RunControl::checkpoint_every`] the
 /// interval of the checkpoint remains.
 ///
 /// # Errors
 /// [`ContinueError`].
 pub fn resume(
     model: &Model,
-    simulation: &mut dyn Experiment,
+    simulation: &mut dyn RunnableModel,
     folder: &RunFolder,
     checkpoint: Checkpoint,
-    control: Control<'_>,
+    control: RunControl<'_>,
 ) -> Result<Finished, ContinueError> {
     simulation.resume(checkpoint.run.clone()).ok_or(ContinueError::Statics)??;
     let last = Some(checkpoint.run.step());
@@ -148,7 +151,7 @@ pub fn resume(
     let recorder = Recorder::new(&folder.clone().at(&checkpoint), simulation, checkpoint.summary)?;
     let clock = Stopwatch::new(simulation, checkpoint.wall_seconds);
     let every = control.checkpoint_every.or(checkpoint.every);
-    let control = Control { checkpoint_every: every, ..control };
+    let control = RunControl { checkpoint_every: every, ..control };
     Ok(RecordedRun { model, text, folder, recorder, clock, last }.go(simulation, control)?)
 }
 
@@ -164,13 +167,13 @@ pub struct Stopwatch {
 impl Stopwatch {
     /// Starts; `before`: what earlier parts of the run have taken, s.
     #[must_use]
-    pub fn new(simulation: &dyn Experiment, before: f64) -> Self {
+    pub fn new(simulation: &dyn RunnableModel, before: f64) -> Self {
         let (first, recording) = (simulation.place().0, simulation.recording_seconds());
         Self { begin: Instant::now(), first, before, recording }
     }
 
     /// Of a step of this part of the run, without recording, s.
-    fn step_seconds(&self, simulation: &dyn Experiment) -> Option<f64> {
+    fn step_seconds(&self, simulation: &dyn RunnableModel) -> Option<f64> {
         let steps = simulation.place().0.checked_sub(self.first).filter(|steps| *steps > 0)?;
         let recording = simulation.recording_seconds()? - self.recording?;
         Some((self.begin.elapsed().as_secs_f64() - recording).max(0.0) / steps as f64)
@@ -186,7 +189,7 @@ impl Stopwatch {
         &self,
         builder: &SummaryBuilder,
         model: &Model,
-        simulation: &dyn Experiment,
+        simulation: &dyn RunnableModel,
         ended: Ended<'_>,
     ) -> Summary {
         let mut summary = builder.so_far(model, simulation.assembly(), ended, self.seconds());
@@ -216,10 +219,10 @@ struct RecordedRun<'a> {
 impl RecordedRun<'_> {
     fn go(
         mut self,
-        simulation: &mut dyn Experiment,
-        control: Control<'_>,
+        simulation: &mut dyn RunnableModel,
+        control: RunControl<'_>,
     ) -> Result<Finished, OutputError> {
-        let Control { progress, notice, interrupted, checkpoint_every, report, .. } = control;
+        let RunControl { progress, notice, interrupted, checkpoint_every, report, .. } = control;
         let every = checkpoint_every.filter(|_| simulation.statics().is_none());
         self.write_summary(simulation, Ended::Not(simulation.place()))?;
         loop {
@@ -251,7 +254,7 @@ impl RecordedRun<'_> {
     /// Writes a checkpoint, and the summary so far.
     fn checkpoint(
         &mut self,
-        simulation: &mut dyn Experiment,
+        simulation: &mut dyn RunnableModel,
         every: Option<u64>,
     ) -> Result<(), OutputError> {
         let Some(state) = simulation.state() else { return self.recorder.flush() };
@@ -263,7 +266,7 @@ impl RecordedRun<'_> {
 
     fn interrupt(
         mut self,
-        simulation: &mut dyn Experiment,
+        simulation: &mut dyn RunnableModel,
         every: Option<u64>,
     ) -> Result<Finished, OutputError> {
         let (step, t) = simulation.place();
@@ -271,7 +274,7 @@ impl RecordedRun<'_> {
             self.checkpoint(simulation, every)?;
         }
         let resume = self.last.map(|_| resume_command(self.folder.path()));
-        let ended = Ended::Interrupted(Interruption { step, t, resume });
+        let ended = Ended::Interrupted(RunInterruption { step, t, resume });
         let summary = self.write_summary(simulation, ended)?;
         let mut files = self.files();
         files.extend(
@@ -282,7 +285,7 @@ impl RecordedRun<'_> {
 
     fn end(
         mut self,
-        simulation: &dyn Experiment,
+        simulation: &dyn RunnableModel,
         outcome: &RunOutcome,
         report: bool,
     ) -> Result<Finished, OutputError> {
@@ -300,7 +303,7 @@ impl RecordedRun<'_> {
 
     fn write_summary(
         &self,
-        simulation: &dyn Experiment,
+        simulation: &dyn RunnableModel,
         ended: Ended<'_>,
     ) -> Result<Summary, OutputError> {
         let summary = self.clock.summary(self.recorder.summary(), self.model, simulation, ended);

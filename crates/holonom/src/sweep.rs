@@ -1,6 +1,6 @@
 //! A model at many points: see [`holonom_study::sweep`].
 
-use crate::run::{Control, prepare, run_with};
+use crate::run::{RunControl, prepare, run_with};
 use holonom_model::{Mesh, Meshes, Model, ModelError, Override};
 use holonom_sim::output::{OutputError, RunFolder, Status};
 use std::path::{Path, PathBuf};
@@ -45,7 +45,7 @@ pub fn run_point(
         Ok(prepared) => prepared,
         Err(error) => return ended(PointStatus::Invalid, error.to_string()),
     };
-    let control = Control {
+    let control = RunControl {
         progress: &mut |_, _| {},
         notice: &mut |_| {},
         interrupted,

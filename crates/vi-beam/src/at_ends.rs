@@ -10,7 +10,7 @@
 
 use crate::at_coordinates::{AtCoordinates, WRENCHES, emit_product, emit_reduced};
 use crate::element::{Element, StrainLaw};
-use crate::helicoidal::{self, FORMS, Forms, KeptForms, Slopes};
+use crate::helicoidal::{self, FORMS, Forms, KeptForms, StrainSlopes};
 use crate::small::product;
 use crate::strain::{SIZE, STRAINS, Strain};
 use nalgebra::Matrix6;
@@ -173,7 +173,7 @@ impl AtStart<'_> {
                 match end.wrenches_in(out, [x.as_slice(), end.x.as_slice()]) {
                     Some(end) => emit_reduced(element, &product(wrenches, c), &end, out),
                     None => {
-                        let slopes = Slopes::from_column_slice(slopes.as_flattened());
+                        let slopes = StrainSlopes::from_column_slice(slopes.as_flattened());
                         let start = helicoidal::force(x, element.length, &slopes);
                         emit_product(element, &product(&start.data.0, c), &end.gradients(), out);
                     }

@@ -150,7 +150,7 @@ pub(crate) fn resultants<T: Number>(
 }
 
 /// An element in a step of some length.
-struct Scaled<'a> {
+struct ScaledElement<'a> {
     index: usize,
     element: &'a Element,
     stiffness: &'a Matrix6<f64>, // C
@@ -158,7 +158,7 @@ struct Scaled<'a> {
     tension: Option<Strain>, // T
 }
 
-impl Scaled<'_> {
+impl ScaledElement<'_> {
     /// The element at the start of a step.
     #[inline(always)]
     fn start<'b>(&'b self, s: &'b Interval) -> AtStart<'b> {
@@ -178,7 +178,7 @@ impl Scaled<'_> {
         self.tension.map_or(scaled, |tension| with_diagonal(scaled, d, &tension))
     }
 
-    /// `Σ` without what a slack rope does not carry of the part `¼ w C` in [`Scaled::sum`].
+    /// `Σ` without what a slack rope does not carry of the part `¼ w C` in [`ScaledElement::sum`].
     fn slackened(&self, sum: Matrix6<f64>, mean: &Strain, weight: f64) -> Matrix6<f64> {
         match self.element.carries_tension_only() {
             true => {
@@ -315,7 +315,11 @@ impl AveragedStrains {
     }
 
     /// The elements in a step `h`, with all internal variables.
-    fn scaled<'a>(&'a self, h: f64, internal: &'a [f64]) -> impl Iterator<Item = Scaled<'a>> {
+    fn scaled<'a>(
+        &'a self,
+        h: f64,
+        internal: &'a [f64],
+    ) -> impl Iterator<Item = ScaledElement<'a>> {
         let mu =
             move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
@@ -323,7 +327,7 @@ impl AveragedStrains {
             let lengths = [element.length, self.reach];
             let tension = self.bound(k, internal);
             let tension = tension.map(|bound| tension_mass(bound, lengths, h, line));
-            Scaled { index: k, element, stiffness, mu: mu(k), tension }
+            ScaledElement { index: k, element, stiffness, mu: mu(k), tension }
         })
     }
 }
@@ -338,7 +342,7 @@ impl DiscretePotential for AveragedStrains {
     }
 
     fn added_kinetic_energy(&self, s: &Interval) -> f64 {
-        let energy = |own: Scaled<'_>| {
+        let energy = |own: ScaledElement<'_>| {
             let (_, change) = mean_and_change(own.element.strains_of(s, own.index));
             let of_tension = own.tension.map_or(0.0, |t| t.component_mul(&change).dot(&change));
             let half = 0.5 * own.element.length;

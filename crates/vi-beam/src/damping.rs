@@ -94,7 +94,7 @@ impl StrainDamping {
     fn add_slot(&self, s: &Interval, of: Slot, out: &mut [f64]) {
         for (index, own, theta) in self.damped(s.h) {
             let n = resultants(&own.viscosity(), &own.change(s, index), theta, of);
-            own.add_at((s, index), of, &n, out); // [6.23]
+            own.add_at(s, index, of, &n, out); // [6.23]
         }
     }
 }
@@ -115,7 +115,7 @@ impl DiscreteForce for StrainDamping {
             if of == by {
                 own.emit(s.node(of), &slope, &(c * own.change(s, index)), out);
             } else {
-                own.emit_between((s, index), of, &slope, out);
+                own.emit_between(s, index, of, &slope, out);
             }
         }
     }

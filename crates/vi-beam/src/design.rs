@@ -19,7 +19,7 @@ use crate::averaged::{
 use crate::damping;
 use crate::dissipation::StrainDissipation;
 use crate::element::{Element, ElementKind, measures, strain_at, without_extension};
-use crate::following::{Followed, begin_change};
+use crate::following::{FollowedBound, begin_change};
 use crate::frequency::{Frequencies, Highest};
 use crate::helicoidal::{self, Helicoidal};
 use crate::interpolated::row;
@@ -434,7 +434,8 @@ impl ElementsTangent {
         &self,
         own: &Changed,
         s: &Interval,
-        (mean, change): (&Vector6<Dual64>, &Vector6<Dual64>),
+        mean: &Vector6<Dual64>,
+        change: &Vector6<Dual64>,
         of: Slot,
     ) -> Vector6<Dual64> {
         let (mu, tension) = self.scaling(own, &s.internal, s.h);
@@ -450,7 +451,7 @@ impl ElementsTangent {
             if self.rule.strains == StrainRule::Midpoint {
                 self.add_at_points(own, s, of, out);
             } else {
-                n += self.of_energy(own, s, (&mean, &change), of);
+                n += self.of_energy(own, s, &mean, &change, of);
             }
             if let Some(dissipation) = &self.dissipation {
                 n += own.stiffness * times(-0.5 * s.h, &dissipation.stress(s, own.index, &change));
@@ -545,9 +546,9 @@ impl StepTangent for ElementsTangent {
                 dissipation.add_driven(own.index, &slopes(&change), out);
             }
             let followed = self.averaged.followed(s, own.index);
-            if let Some((first, Followed { variable, raised_by })) = first.zip(followed) {
+            if let Some((first, FollowedBound { variable, raised_by })) = first.zip(followed) {
                 let tension = own.stiffness.row(2).tr_dot(&mean).eps;
-                self.averaged.add_tension((first + variable, raised_by), tension, out);
+                self.averaged.add_tension(first + variable, raised_by, tension, out);
             }
         }
     }
@@ -558,7 +559,7 @@ impl StepTangent for ElementsTangent {
             if let Some(variable) = self.averaged.variable(own.index) {
                 let tension = own.stiffness.row(2).tr_dot(&own.strain(q));
                 let C = own.stiffness.map(|own| own.re);
-                begin_change((first + variable, &C), tension.re, tension.eps, out);
+                begin_change(first + variable, &C, tension.re, tension.eps, out);
             }
         }
     }

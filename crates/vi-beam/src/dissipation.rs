@@ -66,14 +66,14 @@ const OF_POINT: usize = STRAINS * OF_STRAIN;
 
 /// The step of a filter in closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Filter {
+struct StrainFilter {
     of_strain: f64,            // a   φ = a Δε + g z_n
     of_state: RowVector3<f64>, // g
     next: Matrix3<f64>,        // T   z_{n+1} = T z_n + b Δε
     driven: Vector3<f64>,      // b
 }
 
-impl Filter {
+impl StrainFilter {
     /// From `Δz = A z̄ + B Δε`, `φ = g̃ z̄ + r Δε`: `z̄ = (1 − ½A)⁻¹ (z_n + ½ B Δε)`.
     fn new() -> Self {
         let g = RowVector3::new(-R / M1, 1.0 / C2, -R / M3);
@@ -107,14 +107,14 @@ impl Filter {
 #[derive(Clone, Debug)]
 pub struct StrainDissipation {
     elements: Elements,
-    filter: Filter,
+    filter: StrainFilter,
 }
 
 impl StrainDissipation {
     /// For all elements of a model.
     #[must_use]
     pub fn new(model: &BeamElements) -> Self {
-        Self { elements: model.elements.clone(), filter: Filter::new() }
+        Self { elements: model.elements.clone(), filter: StrainFilter::new() }
     }
 
     /// `φ` of an element whose strains change by `Δε` in a step.
@@ -144,7 +144,7 @@ impl StrainDissipation {
     fn add_slot(&self, s: &Interval, of: Slot, h: f64, out: &mut [f64]) {
         for (index, own) in self.elements.strained().enumerate() {
             let n = -0.5 * h * self.forces(s, index, &own);
-            own.add_at((s, index), of, &n, out); // [6.24]
+            own.add_at(s, index, of, &n, out); // [6.24]
         }
     }
 
@@ -185,7 +185,7 @@ impl DiscreteForce for StrainDissipation {
                 let n = -0.5 * s.h * self.forces(s, index, &own);
                 own.emit(s.node(of), &c, &n, out);
             } else {
-                own.emit_between((s, index), of, &c, out);
+                own.emit_between(s, index, of, &c, out);
             }
         }
     }
@@ -292,7 +292,7 @@ mod tests {
             q = near_frames(sample);
             elements = with_strains(elements, kind, &q);
         }
-        (StrainDissipation { elements, filter: Filter::new() }, q)
+        (StrainDissipation { elements, filter: StrainFilter::new() }, q)
     }
 
     /// Another configuration, near enough for both kinds of strains.
@@ -382,7 +382,7 @@ mod tests {
     /// The step map of `ẍ = −(hω)² x` in `(x, p, z)` for linear strains, `h = 1`, with `p` and
     /// forces over `(hω)²`.
     fn vibration(w: f64) -> DMatrix<f64> {
-        let Filter { of_strain: a, of_state: g, next, driven } = Filter::new();
+        let StrainFilter { of_strain: a, of_state: g, next, driven } = StrainFilter::new();
         let mass = 1.0 / (w * w);
         let lead = mass + 0.25 + MASS + 0.5 * a;
         let mut change = DMatrix::zeros(1, 5); // x_{n+1} − x_n

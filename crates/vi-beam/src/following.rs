@@ -26,7 +26,7 @@ use vi_core::sparse::Entries;
 const NO_TENSION: f64 = 1e-12;
 
 /// What a bound follows.
-pub(crate) struct Followed {
+pub(crate) struct FollowedBound {
     /// The first of its variables among those of the potential.
     pub(crate) variable: usize,
     /// Which of `σ, σ_n, σ_{n−1}` raises it.
@@ -36,7 +36,8 @@ pub(crate) struct Followed {
 /// Adds the change of the variables of an element at the start, from its tension and how that
 /// changes.
 pub(crate) fn begin_change(
-    (variable, C): (usize, &Matrix6<f64>),
+    variable: usize,
+    C: &Matrix6<f64>,
     tension: f64,
     rate: f64,
     out: &mut [f64],
@@ -49,14 +50,14 @@ pub(crate) fn begin_change(
 
 impl AveragedStrains {
     /// What the bound of an element follows in a step; `None` where it is constant.
-    pub(crate) fn followed(&self, s: &Interval, index: usize) -> Option<Followed> {
+    pub(crate) fn followed(&self, s: &Interval, index: usize) -> Option<FollowedBound> {
         let variable = self.variable(index)?;
         let element = &self.elements.list()[index];
         let own = self.own(&s.internal).get(variable..variable + OF_BOUND)?;
         let (mean, _) = mean_and_change(element.strains_of(s, index));
         let tension = self.elements.stiffness(element).row(2).tr_dot(&mean);
         let raised_by = raised_by(element, own[0], [tension, own[1], own[2]]);
-        Some(Followed { variable, raised_by })
+        Some(FollowedBound { variable, raised_by })
     }
 
     /// Emits `scale ∂(D_of (U_d − K_d))/∂z`.
@@ -111,7 +112,9 @@ impl AveragedStrains {
     /// Emits `∂z_{n+1}/∂q` of one end.
     pub(crate) fn emit_advance(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
         for (_, index, element, C) in self.following() {
-            let Some(Followed { variable, raised_by }) = self.followed(s, index) else { return };
+            let Some(FollowedBound { variable, raised_by }) = self.followed(s, index) else {
+                return;
+            };
             let half: Strain = 0.5 * C.row(2).transpose();
             let slopes = element.within(s.node(by)).force(&half);
             let bound = if raised_by == Some(0) { MARGIN } else { 0.0 };
@@ -125,7 +128,9 @@ impl AveragedStrains {
     /// Emits `∂z_{n+1}/∂z_n`.
     pub(crate) fn emit_advance_of_bounds(&self, s: &Interval, out: &mut dyn Entries) {
         for (_, index, ..) in self.following() {
-            let Some(Followed { variable, raised_by }) = self.followed(s, index) else { return };
+            let Some(FollowedBound { variable, raised_by }) = self.followed(s, index) else {
+                return;
+            };
             match raised_by {
                 None => out.add(variable, variable, 1.0),
                 Some(0) => {}
@@ -144,7 +149,8 @@ impl AveragedStrains {
     /// of them and what raises its bound.
     pub(crate) fn add_tension(
         &self,
-        (variable, raised_by): (usize, Option<usize>),
+        variable: usize,
+        raised_by: Option<usize>,
         tension: f64,
         out: &mut [f64],
     ) {
@@ -159,7 +165,7 @@ impl AveragedStrains {
         for (variable, _, element, C) in self.following() {
             let at = element.within(q);
             let rate = C.row(2).tr_dot(&at.rate(&element.coordinates(dq)));
-            begin_change((variable, C), (C * at.strain())[2], rate, out);
+            begin_change(variable, C, (C * at.strain())[2], rate, out);
         }
     }
 }

@@ -39,7 +39,9 @@ mod rope;
 #[cfg(test)]
 mod tests;
 
-pub use forms::{Bends, FORMS, Forms, Slopes, force, forms, gradients, weighted_matrix, wrenches};
+pub use forms::{
+    Bends, FORMS, Forms, StrainSlopes, force, forms, gradients, weighted_matrix, wrenches,
+};
 pub use law::Helicoidal;
 
 pub(crate) use helix::{join, split};
@@ -193,7 +195,7 @@ impl AtForms<'_> {
 
     /// `∂η/∂y`.
     #[must_use]
-    pub fn slopes(&self) -> Slopes {
+    pub fn slopes(&self) -> StrainSlopes {
         let mut out = self.helix.slopes(self.law.length);
         if let Some(arc) = &self.arc {
             out.set_row(2, &arc.slope.tr_mul(&out.fixed_rows::<3>(0)));

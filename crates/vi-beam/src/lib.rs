@@ -26,7 +26,7 @@
 //! |---|---|
 //! | [`BeamBuilder`], [`BeamElements`] | `builder.beam(…)`: the nodes of a beam in a `MechanismBuilder`; the elements of all beams |
 //! | [`BeamModel`] | beams and bodies in one `Description` that is edited by hand |
-//! | [`Section`], [`Mesh`], [`Element`] | stiffness and inertia of a section; nodes along a curve; energy and mass between nodes |
+//! | [`Section`], [`BeamMesh`], [`Element`] | stiffness and inertia of a section; nodes along a curve; energy and mass between nodes |
 //!
 //! Source: theory §6; P. Betsch, P. Steinmann, IJNME 54 (2002) 1775–1788; S. Leyendecker, P.
 //! Betsch, P. Steinmann, Multibody Syst. Dyn. 19 (2008) 45–72.
@@ -76,7 +76,7 @@ pub use vi_rigid;
 pub use element::{Element, ElementKind};
 pub use elements::Elements;
 pub use mass_kind::MassKind;
-pub use mesh::{FrameRule, Mesh};
+pub use mesh::{BeamMesh, FrameRule};
 pub use model::{Beam, BeamBuilder, BeamElements, BeamModel, StrainRule};
 pub use profile::{Material, Profile, Stated, Walls};
 pub use rest::Rest;

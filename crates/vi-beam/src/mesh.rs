@@ -55,7 +55,7 @@ pub enum CurveError {
 /// Nodes and element lengths along one smooth beam; of numbers with tangents as they change with a
 /// parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mesh<T = f64> {
+pub struct BeamMesh<T = f64> {
     /// `φ` at the nodes, m.
     pub centers: Vec<Vector3<T>>,
     /// Columns `d_1, d_2, d_3` at the nodes.
@@ -64,7 +64,7 @@ pub struct Mesh<T = f64> {
     pub lengths: Vec<T>,
 }
 
-impl Mesh {
+impl BeamMesh {
     /// Its nodes `NAME.0`, `NAME.1`, …, at rest and without mass of their own.
     #[must_use]
     pub fn nodes(&self, name: &str) -> Vec<BodySpec> {
@@ -105,7 +105,7 @@ fn sum<T: Number>(all: impl Iterator<Item = T>) -> T {
     all.fold(T::of(0.0), |sum, own| sum + own)
 }
 
-impl<T: Number> Mesh<T> {
+impl<T: Number> BeamMesh<T> {
     /// A straight beam.
     ///
     /// # Errors
@@ -206,7 +206,7 @@ impl<T: Number> Mesh<T> {
     }
 
     /// A smooth curve through given points: cubics between them with the tangents of
-    /// [`Mesh::through`], nodes at equal steps of the sum of the chords.
+    /// [`BeamMesh::through`], nodes at equal steps of the sum of the chords.
     ///
     /// # Errors
     /// [`CurveError`].

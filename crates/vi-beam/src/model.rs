@@ -6,7 +6,7 @@
 
 use crate::element::{Element, ElementError};
 use crate::elements::Elements;
-use crate::mesh::Mesh;
+use crate::mesh::BeamMesh;
 use crate::section::Section;
 use crate::small::re;
 use nalgebra::{Matrix3, Vector3};
@@ -89,7 +89,7 @@ pub trait BeamBuilder {
         &mut self,
         beams: &mut BeamElements,
         name: &str,
-        mesh: &Mesh,
+        mesh: &BeamMesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
         self.beam_of_nodes(beams, mesh.nodes(name), mesh, section)
@@ -103,7 +103,7 @@ pub trait BeamBuilder {
         &mut self,
         beams: &mut BeamElements,
         nodes: Vec<BodySpec>,
-        mesh: &Mesh,
+        mesh: &BeamMesh,
         section: Section,
     ) -> Result<Beam, ElementError>;
 }
@@ -113,7 +113,7 @@ impl BeamBuilder for MechanismBuilder {
         &mut self,
         beams: &mut BeamElements,
         nodes: Vec<BodySpec>,
-        mesh: &Mesh,
+        mesh: &BeamMesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
         let first = self.frame_count();
@@ -164,7 +164,7 @@ impl BeamElements {
     fn add(
         &mut self,
         first: usize,
-        mesh: &Mesh,
+        mesh: &BeamMesh,
         section: Section,
         q: &[f64],
     ) -> Result<Beam, ElementError> {
@@ -398,7 +398,7 @@ impl BeamModel {
     pub fn add_beam(
         &mut self,
         name: &str,
-        mesh: &Mesh,
+        mesh: &BeamMesh,
         section: Section,
     ) -> Result<Beam, ElementError> {
         let (first, nodes) = (self.description.bodies.len(), mesh.nodes(name));
@@ -416,7 +416,7 @@ impl BeamModel {
     pub fn add_frame_work(
         &mut self,
         name: &str,
-        legs: &[Mesh],
+        legs: &[BeamMesh],
         section: Section,
     ) -> Result<Vec<Beam>, ElementError> {
         let mut beams: Vec<Beam> = Vec::new();

@@ -28,7 +28,7 @@ use crate::element::{Element, ElementKind, StrainLaw};
 use crate::helicoidal::{FORMS, Helicoidal, forms, join, split};
 use crate::model::{Beam, BeamElements};
 pub use crate::section_state::SectionState;
-use crate::section_state::Station;
+use crate::section_state::StationState;
 use crate::small::{re, times};
 use crate::strain::SIZE;
 use nalgebra::{Matrix3, Matrix4, SVector, Vector3, Vector6};
@@ -104,7 +104,7 @@ impl LineLoads<'_> {
 }
 
 /// What acts along an element, at its frame.
-pub(crate) struct Acting<T: Number> {
+pub(crate) struct ActingOnElement<T: Number> {
     /// `ℓ`, m.
     pub(crate) length: T,
     /// Whether `φ` is interpolated with `d_3`.
@@ -124,7 +124,7 @@ fn vector<T: Number>(all: &[T; 12], i: usize) -> Vector3<T> {
     Vector3::new(all[3 * i], all[3 * i + 1], all[3 * i + 2])
 }
 
-impl<T: Number> Acting<T> {
+impl<T: Number> ActingOnElement<T> {
     /// What it adds to `n` and `m`, spatial, at the distance `s` from the middle of an element
     /// with the slope `φ'`, m.
     fn at(&self, s: T, slope: &Vector3<T>) -> [Vector3<T>; 2] {
@@ -179,7 +179,7 @@ impl<T: Number> Within<T> {
         &self,
         s: T,
         length: T,
-        acting: Option<&Acting<T>>,
+        acting: Option<&ActingOnElement<T>>,
     ) -> (Vector3<T>, Matrix3<T>, Vector6<T>) {
         let Self { ends, forces, forms, helix: [G, K], turn } = self;
         let part = |k: usize| -> Vector3<T> { forces.fixed_rows::<3>(k).into() };
@@ -208,7 +208,7 @@ fn station(
     index: usize,
     q: &[f64],
     place: Option<(f64, &LineLoads<'_>)>,
-) -> Station {
+) -> StationState {
     let element = &model.elements.list()[index];
     let x = element.coordinates(q);
     let at = element.at(x);
@@ -220,7 +220,7 @@ fn station(
     let StrainLaw::Helicoidal(_) = &element.law else {
         let mean = 0.5 * (directors::triad(ends[0]) + directors::triad(ends[1]));
         let (along, directors) = (0.5 * length, std::array::from_fn(|i| mean.column(i).into()));
-        return Station { along, length, point, directors, strain, stress };
+        return StationState { along, length, point, directors, strain, stress };
     };
     let s = place.map_or(0.0, |(s, _)| s);
     let (G, K) = split(&element.measures(&x));
@@ -237,7 +237,7 @@ fn station(
             let Wrench { force, torque } = load.wrench(loads.t, &frame);
             (*place, [force, torque])
         };
-        Acting {
+        ActingOnElement {
             length,
             bends: element.bends_within(),
             mass: model.elements.section(element).mass_matrix(),
@@ -253,7 +253,7 @@ fn station(
     }
     let strain = own;
     let directors = std::array::from_fn(|i| R.column(i).into());
-    Station { along: 0.5 * length + s, length, point: point + arc, directors, strain, stress }
+    StationState { along: 0.5 * length + s, length, point: point + arc, directors, strain, stress }
 }
 
 /// A place within a helicoidal element.

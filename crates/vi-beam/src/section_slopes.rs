@@ -12,7 +12,7 @@ use crate::design::{Changed, ElementsTangent, stress};
 use crate::element::{Element, StrainLaw};
 use crate::helicoidal::{self, split};
 use crate::model::BeamElements;
-use crate::section_force::{Acting, BeamLoad, LineLoads, SectionPlace, Within, mean};
+use crate::section_force::{ActingOnElement, BeamLoad, LineLoads, SectionPlace, Within, mean};
 use crate::strain::{ElementCoordinates, Strain};
 use nalgebra::{Matrix6, Vector3, Vector6};
 use vi_core::num_dual::Dual64;
@@ -33,12 +33,12 @@ pub struct SectionChange<'a> {
     /// Loads that come to the others.
     pub loads: &'a [BeamLoad],
     /// The place and the loads there, in their order, where they move.
-    pub moved: Option<Moved<'a>>,
+    pub moved: Option<MovedPlace<'a>>,
 }
 
 /// A place of a section that moves, with the loads next to it.
 #[derive(Clone, Copy, Debug)]
-pub struct Moved<'a> {
+pub struct MovedPlace<'a> {
     /// The place.
     pub place: &'a SectionPlace<Dual64>,
     /// The loads.
@@ -135,7 +135,7 @@ fn station(
         helix: [G, K],
         turn: turn.zip_map(&(spin.cross_matrix() * turn), Dual64::new),
     };
-    let acting = place.map(|(_, loads)| acting((model, element, own), q, loads, change));
+    let acting = place.map(|(_, loads)| acting(model, element, own, q, loads, change));
     let (_, _, stress) = within.at(s, length, acting.as_ref());
     let compliance = match own {
         None => model.elements.section(element).compliance_matrix().map(Dual64::from_re),
@@ -150,11 +150,13 @@ fn station(
 
 /// What acts along an element, as it changes.
 fn acting(
-    (model, element, changed): (&BeamElements, &Element, Option<&Changed>),
+    model: &BeamElements,
+    element: &Element,
+    changed: Option<&Changed>,
     q: &[f64],
     loads: &LineLoads<'_>,
     change: &SectionChange<'_>,
-) -> Acting<Dual64> {
+) -> ActingOnElement<Dual64> {
     let (frame, turned) = (mean(element, q), mean(element, change.position));
     let still = change.acceleration.is_empty();
     let mut faster = if still { [0.0; 12] } else { mean(element, change.acceleration) };
@@ -179,7 +181,7 @@ fn acting(
         both(own.place.map(Dual64::from_re), none, own.load.wrench(loads.t, &frame))
     };
     let section = model.elements.section(element);
-    Acting {
+    ActingOnElement {
         length: changed.map_or(Dual64::from_re(element.length), |own| own.length),
         bends: element.bends_within(),
         mass: changed.map_or_else(|| section.mass_matrix().map(Dual64::from_re), |own| own.mass),

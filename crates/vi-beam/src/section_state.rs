@@ -30,7 +30,7 @@ pub struct SectionState {
 }
 
 /// A section of a beam in some configuration, with its strains and stress resultants.
-pub(crate) struct Station {
+pub(crate) struct StationState {
     /// Reference arc length from the start of the element, m.
     pub(crate) along: f64,
     /// The length that it represents, m.
@@ -45,7 +45,7 @@ pub(crate) struct Station {
     pub(crate) stress: Strain,
 }
 
-impl Station {
+impl StationState {
     pub(crate) fn state(&self, element: usize, start: f64) -> SectionState {
         let three = |v: &[f64]| [v[0], v[1], v[2]];
         let spatial = |at: usize| -> Vector3<f64> {

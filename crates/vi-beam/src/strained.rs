@@ -55,13 +55,7 @@ impl Strained<'_> {
     }
 
     /// `out ← out + Σ n_i ∇ε_i` at an end of such a step.
-    pub(crate) fn add_at(
-        &self,
-        (s, index): (&Interval, usize),
-        of: Slot,
-        n: &Strain,
-        out: &mut [f64],
-    ) {
+    pub(crate) fn add_at(&self, s: &Interval, index: usize, of: Slot, n: &Strain, out: &mut [f64]) {
         match of {
             Slot::First => self.element.at_start(s, index).scatter(n, out),
             Slot::Second => self.element.at_end(s, index).scatter(n, out),
@@ -72,7 +66,8 @@ impl Strained<'_> {
     /// those of the other.
     pub(crate) fn emit_between(
         &self,
-        (s, index): (&Interval, usize),
+        s: &Interval,
+        index: usize,
         of: Slot,
         c: &Matrix6<f64>,
         out: &mut dyn Entries,

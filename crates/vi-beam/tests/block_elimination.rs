@@ -9,7 +9,7 @@ use crate::common;
 use common::{flying_section, largest, straight, vector};
 use nalgebra::{Matrix3, Vector3};
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::{FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, FrameRule, Section};
 use vi_constraints::NodalOperators;
 use vi_core::linear::DenseLu;
 use vi_core::state::Memory;
@@ -24,9 +24,9 @@ fn empty() -> BeamModel {
     BeamModel::new(vector(0.0, 0.0, -9.81))
 }
 
-fn mesh(from: Vector3<f64>, to: Vector3<f64>, elements: usize) -> Mesh {
+fn mesh(from: Vector3<f64>, to: Vector3<f64>, elements: usize) -> BeamMesh {
     let rule = FrameRule::RotationMinimizing(vector(0.2, 1.0, 0.1));
-    Mesh::straight(from, to, elements, rule).unwrap()
+    BeamMesh::straight(from, to, elements, rule).unwrap()
 }
 
 /// A beam along x, free or clamped.

@@ -9,7 +9,7 @@ use crate::common;
 use common::{center_of, vector};
 use nalgebra::Vector3;
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::{FrameRule, MassKind, Mesh, Section};
+use vi_beam::{BeamMesh, FrameRule, MassKind, Section};
 use vi_constraints::{InitialValues, Options, SchemeKind};
 use vi_multibody::run::{Solver, integrator};
 use vi_rigid::load::{Load, LoadKind};
@@ -20,7 +20,7 @@ fn run(elements: usize, h: f64) -> [f64; 4] {
     let section = Section::new([1e6, 1e6, 1e6, 1e3, 1e3, 1e3], [1.0, 10.0, 10.0, 0.0]).unwrap();
     let corners = [Vector3::zeros(), vector(10.0, 0.0, 0.0), vector(10.0, 10.0, 0.0)];
     let rule = FrameRule::Normal(Vector3::z());
-    let legs = Mesh::polyline(&corners, &[elements, elements], rule).unwrap();
+    let legs = BeamMesh::polyline(&corners, &[elements, elements], rule).unwrap();
     let mut model = BeamModel::new(Vector3::zeros());
     let beams = model.add_frame_work("leg", &legs, section).unwrap();
     model.clamp(0);

@@ -7,7 +7,7 @@ use crate::common;
 use common::{distance, flying_section, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::model::{BeamModel, StrainRule};
-use vi_beam::{ElementKind, FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, ElementKind, FrameRule, Section};
 use vi_constraints::{InitialValues, Integrator, Options, SchemeKind};
 use vi_core::SeparableSystem;
 use vi_multibody::mechanism::Mechanism;
@@ -26,7 +26,7 @@ fn spinning(mut model: BeamModel) -> BeamModel {
 }
 
 /// A beam that spins and shears initially.
-fn model(mesh: &Mesh, section: Section) -> BeamModel {
+fn model(mesh: &BeamMesh, section: Section) -> BeamModel {
     let mut model = BeamModel::new(Vector3::zeros());
     model.add_beam("beam", mesh, section).unwrap();
     spinning(model)
@@ -50,7 +50,7 @@ fn run(model: &BeamModel, rule: StrainRule, kind: SchemeKind, h: f64) -> Run {
 fn momentum_energy_and_reversal() {
     let rule = FrameRule::RotationMinimizing(Vector3::x());
     let radius = 2.0 * Vector3::x();
-    let mesh = Mesh::helix(Vector3::zeros(), radius, Vector3::z(), 3.0, 4.0, 12, rule).unwrap();
+    let mesh = BeamMesh::helix(Vector3::zeros(), radius, Vector3::z(), 3.0, 4.0, 12, rule).unwrap();
     let model = model(&mesh, flying_section());
     for rule in [StrainRule::Midpoint, StrainRule::Averaged, StrainRule::MassScaled] {
         let mut run = run(&model, rule, SchemeKind::Nodal, 0.01);

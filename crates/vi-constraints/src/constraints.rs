@@ -7,7 +7,7 @@
 use vi_core::Configuration;
 use vi_core::discrete_lagrangian::NoStepSlope;
 use vi_core::interval::{Interval, StepChange};
-use vi_core::newton::Block;
+use vi_core::newton::UnknownBlock;
 use vi_core::sparse::{Entries, Product};
 
 /// Relative size of a pivot below which a constraint counts as dependent on the others.
@@ -123,7 +123,7 @@ pub trait Constraints: Send + Sync {
     /// them: far from the origin forces know positions to `ε |q|`, and an increment is not resolved
     /// any further. The unknowns of several control points may follow one another. The default
     /// raises none.
-    fn raise_floors(&self, _q: &[f64], _blocks: &mut [Block]) {}
+    fn raise_floors(&self, _q: &[f64], _blocks: &mut [UnknownBlock]) {}
     /// `out_j ←` the size that coordinate `j` has in the system, shape `n`, positive: rounding
     /// moves it by `ε` of that. The default takes the largest coordinate for all.
     fn coordinate_sizes(&self, q: &[f64], out: &mut [f64]) {

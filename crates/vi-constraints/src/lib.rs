@@ -86,7 +86,7 @@ pub use integrator::{Integrator, Options};
 pub use legendre::LegendreTransforms;
 pub use reparametrization::{DenseNodal, NodalOperators, Reparametrization};
 pub use scheme::SchemeKind;
-pub use setup::Method;
+pub use setup::OrderMethod;
 pub use tangent_space::TangentSpace;
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use crate::{ConstraintFn, Constraints};
 use nalgebra::DMatrix;
 use vi_core::composition::Composition;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{BlockKind, Fault, UnknownBlock};
 use vi_core::potential::LinearPotential;
 use vi_core::{Configuration, Entries, SeparableSystem};
 
@@ -38,8 +38,8 @@ impl Reparametrization for PlanarRotation {
     fn dof(&self) -> usize {
         1
     }
-    fn blocks(&self) -> Vec<Block> {
-        vec![Block { kind: BlockKind::Rotation, range: 0..1, floor: 1e-10 }]
+    fn blocks(&self) -> Vec<UnknownBlock> {
+        vec![UnknownBlock { kind: BlockKind::Rotation, range: 0..1, floor: 1e-10 }]
     }
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {
         (out[(0, 0)], out[(1, 0)]) = (-q[1], q[0]);

@@ -6,14 +6,14 @@
 //! ∂ψ/∂q_{n±1} = (1/h²) ∂ψ/∂a,   −(2/h²) ∂ψ/∂a in ∂ψ/∂q_n,   h ∂ψ/∂h = −2 a·∂ψ/∂a
 //! ```
 
-use crate::objective::{ByKnown, Known, Objective, Place, Which};
+use crate::objective::{ByKnown, Known, NodePlace, Objective, Which};
 use vi_constraints::linearization::Costate;
 use vi_core::linear::dot;
 use vi_core::state::State;
 
 /// What a node costs by the steps beside it, with its derivatives.
 #[derive(Debug)]
-pub(crate) struct NodeForces {
+pub(crate) struct BackwardForces {
     pub(crate) cost: f64,
     pub(crate) by_step: f64, // by the length of all steps, times it
     pub(crate) own: Costate,
@@ -34,7 +34,7 @@ pub(crate) struct StepsBeside<'a> {
     pub(crate) h: f64,
 }
 
-impl NodeForces {
+impl BackwardForces {
     pub(crate) fn zero(n: usize, m: usize, internal: usize) -> Self {
         let [by_force, neighbours, by_a] = [(); 3].map(|()| vec![0.0; n]);
         let (own, lambda) = (Costate::zero(n, internal), vec![0.0; m]);
@@ -53,7 +53,7 @@ impl NodeForces {
     pub(crate) fn find(
         &mut self,
         objective: &Objective,
-        (node, at, which): (&State, Place, Which),
+        (node, at, which): (&State, NodePlace, Which),
         StepsBeside { impulse, increments, h }: StepsBeside<'_>,
         parameters: &mut [f64],
         [by_impulse, by_end]: [&mut [f64]; 2],
@@ -84,7 +84,8 @@ impl NodeForces {
     pub(crate) fn find_level(
         &mut self,
         objective: &Objective,
-        (node, at): (&State, Place),
+        node: &State,
+        at: NodePlace,
         parameters: &mut [f64],
     ) {
         // multipliers of the last node are those of the step from there

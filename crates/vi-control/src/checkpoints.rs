@@ -27,14 +27,14 @@ impl Default for Checkpoints {
 
 /// What a state and a recorded macro step take, bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Sizes {
+pub(crate) struct CheckpointSizes {
     pub(crate) state: usize,
     pub(crate) step: usize,
 }
 
 /// Pieces of equal length, level by level: the number of steps of a piece, from the whole run to
 /// what is recorded at once.
-pub(crate) fn levels(of: Checkpoints, steps: usize, sizes: Sizes) -> Vec<usize> {
+pub(crate) fn levels(of: Checkpoints, steps: usize, sizes: CheckpointSizes) -> Vec<usize> {
     if steps == 0 {
         return vec![0];
     }
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn pieces_fit_the_memory() {
-        let sizes = Sizes { state: 3000, step: 1000 };
+        let sizes = CheckpointSizes { state: 3000, step: 1000 };
         assert_eq!(levels(Checkpoints::All, 50, sizes), [50]);
         assert_eq!(levels(Checkpoints::Every(7), 50, sizes), [50, 7]);
         assert_eq!(levels(Checkpoints::Every(7), 0, sizes), [0]);

@@ -17,7 +17,7 @@
 #![allow(non_snake_case)] // J, S, Y
 
 use crate::least_squares::{
-    FitError, Moved, Parameter, Refused, Residuals, column, half_square, slope, theta,
+    BoundedStep, FitError, Parameter, Refused, Residuals, column, half_square, slope, theta,
 };
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
@@ -62,7 +62,7 @@ pub enum DesignOutcome {
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Design {
+pub struct ConstrainedOptimum {
     /// How it ended.
     pub outcome: DesignOutcome,
     /// `θ`.
@@ -225,7 +225,7 @@ impl Residuals for Augmented<'_> {
 }
 
 /// A point with residuals and derivatives, by relative parameters.
-struct Point {
+struct ResidualPoint {
     z: Vec<f64>,
     raw: Vec<f64>, // ρ, y, c
     r: Vec<f64>,   // 0 of values
@@ -236,7 +236,7 @@ struct Point {
     size: f64,               // of values
 }
 
-impl Point {
+impl ResidualPoint {
     /// `None`: the point is refused, or not finite.
     fn at(
         own: &mut Augmented<'_>,
@@ -293,7 +293,7 @@ enum Round {
 }
 
 /// Damped Newton steps to a minimum of the augmented sum.
-struct Newton<'a> {
+struct AugmentedNewton<'a> {
     parameters: &'a [Parameter],
     S: DMatrix<f64>,
     damping: f64,
@@ -301,8 +301,8 @@ struct Newton<'a> {
     most: usize,
 }
 
-impl Newton<'_> {
-    fn minimum(&mut self, own: &mut Augmented<'_>, at: &mut Point) -> Round {
+impl AugmentedNewton<'_> {
+    fn minimum(&mut self, own: &mut Augmented<'_>, at: &mut ResidualPoint) -> Round {
         loop {
             let free = at.free(self.parameters);
             if at.slope(&free) <= FLAT || own.values.is_empty() && half_square(&at.r) == 0.0 {
@@ -331,7 +331,7 @@ impl Newton<'_> {
 
     /// By how much a step without damping decreases the model of the sum; infinite where the model
     /// has no minimum.
-    fn gain(&self, at: &Point, free: &[usize]) -> f64 {
+    fn gain(&self, at: &ResidualPoint, free: &[usize]) -> f64 {
         let J = at.J.select_columns(free);
         let bend = |i: usize, k: usize| self.S[(free[i], free[k])];
         let curved = J.tr_mul(&J) + DMatrix::from_fn(free.len(), free.len(), bend);
@@ -344,9 +344,9 @@ impl Newton<'_> {
     fn step(
         &mut self,
         own: &mut Augmented<'_>,
-        at: &Point,
+        at: &ResidualPoint,
         free: &[usize],
-    ) -> Option<(Point, f64)> {
+    ) -> Option<(ResidualPoint, f64)> {
         let J = at.J.select_columns(free);
         let plain = J.tr_mul(&J);
         let curved = DMatrix::from_fn(free.len(), free.len(), |i, k| {
@@ -365,10 +365,11 @@ impl Newton<'_> {
                 self.damping = (4.0 * self.damping).max(1e-6);
                 continue;
             };
-            let Moved { z, by, size } = Moved::new(self.parameters, &at.z, free, change.as_slice());
+            let BoundedStep { z, by, size } =
+                BoundedStep::new(self.parameters, &at.z, free, change.as_slice());
             let own_moved = DVector::from_fn(free.len(), |k, _| by[free[k]]);
             let predicted = right.dot(&own_moved) - 0.5 * own_moved.dot(&(&curved * &own_moved));
-            if let Ok(Some(next)) = Point::at(own, self.parameters, z) {
+            if let Ok(Some(next)) = ResidualPoint::at(own, self.parameters, z) {
                 let decrease = before - next.cost();
                 let close = decrease.abs() <= ROUNDING * before.abs() && size <= 1e-5;
                 if decrease > 0.0 || close && next.slope(free) < at.slope(free) {
@@ -389,7 +390,7 @@ impl Newton<'_> {
     }
 
     /// `S` of the last change.
-    fn update(&mut self, from: &Point, to: &Point) {
+    fn update(&mut self, from: &ResidualPoint, to: &ResidualPoint) {
         let change: DVector<f64> = DVector::from_fn(to.z.len(), |j, _| to.z[j] - from.z[j]);
         let r = DVector::from_column_slice(&to.r);
         let bend = (&to.J - &from.J).tr_mul(&r) + &to.steepness - &from.steepness; // [2.46]
@@ -427,14 +428,14 @@ pub fn minimise(
     parameters: &[Parameter],
     max_steps: usize,
     watch: &mut dyn FnMut(&Evaluation) -> bool,
-) -> Result<Design, FitError> {
+) -> Result<ConstrainedOptimum, FitError> {
     if let Some(odd) = parameters.iter().find(|own| !own.is_sound()) {
         return Err(FitError::Parameter(odd.name.clone()));
     }
     let (all, values, bounds) = (residuals.len(), &conditions.values[..], &conditions.bounds[..]);
     let (count, first) = (bounds.len(), all - bounds.len());
     let z: Vec<f64> = parameters.iter().map(|own| own.start / own.scale).collect();
-    let weights = weigh(residuals, &theta(parameters, &z), parameters, (values, first))?;
+    let weights = weigh(residuals, &theta(parameters, &z), parameters, values, first)?;
     let least = weights.clone();
     let multipliers = vec![0.0; count];
     let paths = &conditions.paths[..];
@@ -446,11 +447,11 @@ pub fn minimise(
     // one of values alone begins with a step of the size of the parameters
     let damping = if first == values.len() && !values.is_empty() { 1.0 } else { 1e-3 };
     let mut newton =
-        Newton { parameters, S: DMatrix::zeros(p, p), damping, steps: 0, most: max_steps };
+        AugmentedNewton { parameters, S: DMatrix::zeros(p, p), damping, steps: 0, most: max_steps };
     let (mut before, mut outcome) = (vec![f64::INFINITY; count], None);
     let (mut z, mut raw) = (z, vec![0.0; all]);
     for round in 0..ROUNDS {
-        let begun = Point::at(&mut own, parameters, z.clone());
+        let begun = ResidualPoint::at(&mut own, parameters, z.clone());
         let begun = match begun {
             Err(error) if round == 0 => return Err(FitError::Start(error)),
             Ok(None) if round == 0 => return Err(FitError::NotFinite),
@@ -503,7 +504,7 @@ pub fn minimise(
         theta[*j] <= min || theta[*j] >= max
     };
     let alone = own.is_alone(&raw);
-    Ok(Design {
+    Ok(ConstrainedOptimum {
         outcome: outcome.unwrap_or(DesignOutcome::Exhausted),
         at_bounds: (0..theta.len()).filter(at_bound).collect(),
         cost: own.cost(&raw),
@@ -521,7 +522,8 @@ fn weigh(
     residuals: &mut dyn Residuals,
     theta: &[f64],
     parameters: &[Parameter],
-    (values, first): (&[f64], usize),
+    values: &[f64],
+    first: usize,
 ) -> Result<Vec<f64>, FitError> {
     let all = residuals.len();
     let (mut at, mut slopes) = (vec![0.0; all], DMatrix::zeros(all, theta.len()));

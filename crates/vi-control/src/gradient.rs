@@ -10,19 +10,19 @@
 //! The price is one linear solve for each step, whatever the number of controls and parameters. The
 //! four schemes have the same motion, so one recursion serves them all; compositions are their
 //! sub-steps. A Galerkin step has [2.50] in the place of [2.38], and [2.39], [2.40] part by part
-//! ([`Place`]). What a derivative takes as fixed: the number of steps, the enforced constraints,
+//! ([`NodePlace`]). What a derivative takes as fixed: the number of steps, the enforced constraints,
 //! the revolutions of angles. Newton's method has no derivative: a tolerance other than zero makes
 //! one wrong by as much.
 //!
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.
 
-use crate::backward::{NodeForces, StepsBeside};
-use crate::checkpoints::{Checkpoints, Sizes, levels};
+use crate::backward::{BackwardForces, StepsBeside};
+use crate::checkpoints::{CheckpointSizes, Checkpoints, levels};
 use crate::controls::Controls;
-use crate::objective::{NodeCost, Objective, Place as NodePlace, Seen, StepGradient, Which};
+use crate::objective::{NodeCost, NodePlace, NotedNode, Objective, StepGradient, Which};
 use crate::tape::{Taken, Tape};
-use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, Linearization};
 use vi_constraints::design::{Design, Place};
 use vi_constraints::linearization::{Costate, LinearizationError, Sources};
 use vi_constraints::scheme::StepError;
@@ -269,7 +269,7 @@ impl Gradient {
         let state = run.state();
         let (n, m) = (state.q.len(), run.constraints().len());
         let stages = run.method().stages().map_or(1, Stages::count);
-        let sizes = Sizes {
+        let sizes = CheckpointSizes {
             state: size_of::<f64>() * 13 * n,
             step: Tape::size(n, stages, state.angles.len(), state.internal.len()),
         };
@@ -280,28 +280,28 @@ impl Gradient {
         let counts_steps = task.objective.counts_steps();
         let moves = task.design.is_some_and(Design::moves_constraints);
         let along = match (moves, task.design.is_some_and(Design::reads_moved)) {
-            _ if task.keeps_nodes() => Tangents::OfBodies,
-            (true, true) => Tangents::OfMovedMechanism,
-            (true, false) => Tangents::OfBodies,
-            (false, _) => Tangents::OfMechanism,
+            _ if task.keeps_nodes() => CostateTangents::OfBodies,
+            (true, true) => CostateTangents::OfMovedMechanism,
+            (true, false) => CostateTangents::OfBodies,
+            (false, _) => CostateTangents::OfMechanism,
         };
         if counts_steps && (run.reads_states() || task.steps == 0) {
             let what = "multipliers or accelerations of steps that are not of order 2";
             return Err(GradientError::NotDifferentiable { what });
         }
         let fast = run.costate_sweep(along).filter(|own| !counts_forces || own.takes_impulses());
-        let general = || Box::new(Linearization::new(run.method(), (n, m), run.rows())) as Box<_>;
+        let general = || Box::new(Linearization::new(run.method(), n, m, run.rows())) as Box<_>;
         let controls = task.controls.values().iter().map(|row| vec![0.0; row.len()]).collect();
-        task.objective.follow(state, Seen::First);
+        task.objective.follow(state, NotedNode::First);
         let parameters = vec![0.0; task.design.map_or(0, Design::len)];
-        let mut sweep = Sweep {
+        let mut sweep = BackwardSweep {
             task,
             watch,
             start: state.t,
             number: state.step,
             costates: fast.unwrap_or_else(general),
-            settles: along == Tangents::OfMovedMechanism,
-            forces: NodeForces::zero(n, m, state.internal.len()),
+            settles: along == CostateTangents::OfMovedMechanism,
+            forces: BackwardForces::zero(n, m, state.internal.len()),
             beyond: Tape::default(),
             costate: Costate::zero(n, state.internal.len()),
             p: state.p.clone(),
@@ -319,7 +319,7 @@ impl Gradient {
             first: true,
         };
         sweep.piece(run, 0..task.steps, &levels)?;
-        let Sweep { costate, mut found, by_step, start, sums, swelling, .. } = sweep;
+        let BackwardSweep { costate, mut found, by_step, start, sums, swelling, .. } = sweep;
         found.swelling = swelling.found();
         if !found.value.is_finite() || costate.q.iter().any(|a| !a.is_finite()) {
             return Err(GradientError::NotANumber);
@@ -351,14 +351,14 @@ fn holding(node: &State, p: &[f64]) -> State {
 }
 
 /// A sweep backward under way.
-struct Sweep<'a, S, C> {
+struct BackwardSweep<'a, S, C> {
     task: &'a Task<'a>,
     watch: &'a mut dyn FnMut(Passing<'_>),
     start: f64,  // t_0
     number: u64, // of the node there
     costates: Box<dyn CostateSweep<S, C>>,
     settles: bool, // the first step finds multipliers, so that its start counts by itself
-    forces: NodeForces,
+    forces: BackwardForces,
     beyond: Tape, // the step from the last node, where its multipliers cost
     costate: Costate,
     p: Vec<f64>,       // n  the momentum that is held where the run is
@@ -376,7 +376,7 @@ struct Sweep<'a, S, C> {
     first: bool, // the run was not at its end yet
 }
 
-impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> {
+impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> BackwardSweep<'_, S, C> {
     /// Sweeps back over macro steps; the run is where they start, and afterwards where they end.
     fn piece(
         &mut self,
@@ -450,7 +450,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             if let Some(nodes) = &mut nodes {
                 controls.set(step + 1); // those of the step from a node act there
-                objective.follow(run.state(), Seen::Next);
+                objective.follow(run.state(), NotedNode::Next);
                 found.value += nodes.step_to(objective, run.state());
                 watch(Passing::Node(run.state(), step));
             }
@@ -499,7 +499,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             if let Some(costs) = &mut costs {
                 controls.set(step + 1);
-                objective.follow(run.state(), Seen::Next);
+                objective.follow(run.state(), NotedNode::Next);
                 found.value += costs.step_to(objective, run.state());
                 watch(Passing::Node(run.state(), step));
             }
@@ -559,7 +559,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
 
     /// What node `k` of some in a row costs, where this step begins, with steps of equal length on
     /// both sides of it but at the ends of the run.
-    fn node(&mut self, (nodes, k): (&[State], usize), step: usize) {
+    fn node(&mut self, nodes: &[State], k: usize, step: usize) {
         let Task { objective, controls, design, by_step, steps, .. } = *self.task;
         let Some(node) = nodes.get(k) else { return };
         let [from, to] = if k + 1 < nodes.len() { [k, k + 1] } else { [k - 1, k] };
@@ -583,7 +583,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
     }
 
     /// Back over what is sampled where this step ends, between nodes `k` and `k + 1` of some.
-    fn unsample(&mut self, nodes: &[State], (k, step): (usize, usize)) {
+    fn unsample(&mut self, nodes: &[State], k: usize, step: usize) {
         let Some(sampling) = self.task.controls.sampling() else { return };
         let number = self.number + step as u64 + 1;
         if let (true, [start, end, ..]) = (sampling.is_due(number), &nodes[k..]) {
@@ -600,7 +600,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         forces.clear();
         controls.set(steps);
         let at = NodePlace { weight: 0.5 * h, is_last: true };
-        forces.find_level(objective, (node, at), &mut found.parameters);
+        forces.find_level(objective, node, at, &mut found.parameters);
         if let Some(place) = controls.place(steps) {
             add(
                 &controls.of_force(node.configuration(), &forces.by_force),
@@ -618,7 +618,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         let nodes = std::mem::take(&mut self.nodes);
         for k in (0..tape.len()).rev() {
             if tape.step(k) + 1 == self.task.steps && k + 1 == tape.len() {
-                self.node((&nodes, nodes.len().saturating_sub(1)), self.task.steps);
+                self.node(&nodes, nodes.len().saturating_sub(1), self.task.steps);
                 if let (true, [.., before, last]) =
                     (self.task.objective.counts_accelerations(), &nodes[..])
                 {
@@ -627,7 +627,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             }
             let step = tape.step(k);
             if k + 1 == tape.len() || tape.step(k + 1) != step {
-                self.unsample(&nodes, (step - tape.step(0), step));
+                self.unsample(&nodes, step - tape.step(0), step);
             }
             let starts = k == 0 || tape.step(k - 1) != step;
             let node = step - tape.step(0);
@@ -640,7 +640,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
             self.pull(run, tape.at(k), node, k == 0 && step == 0)?;
             if starts {
                 self.swelling.see(run.system(), &self.costate.p);
-                self.node((&nodes, step - tape.step(0)), step);
+                self.node(&nodes, step - tape.step(0), step);
             }
         }
         (self.tape, self.nodes) = (tape, nodes);
@@ -692,7 +692,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
                 let node = (node, at, Which::OfForces);
                 forces.find(objective, node, beside, parameters, out);
             };
-            costates.pull_with(system, constraints, (points, p), costate, &mut cost)
+            costates.pull_with(system, constraints, points, p, costate, &mut cost)
         } else if self.settles && is_first {
             costates.pull_by_rows(system, constraints, points, p, costate).map_err(Into::into)
         } else {
@@ -704,7 +704,7 @@ impl<S: DiscreteLagrangian + 'static, C: Constraints + 'static> Sweep<'_, S, C> 
         })?;
         if let (Some(node), 0) = (node, step) {
             let at = NodePlace { weight: 0.5 * s.h, is_last: false };
-            forces.find_level(objective, (node, at), &mut found.parameters);
+            forces.find_level(objective, node, at, &mut found.parameters);
         }
         if let (Some(node), Some(place)) =
             (node.filter(|_| step == 0 || !is_counted), controls.place(step))

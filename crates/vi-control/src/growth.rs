@@ -14,7 +14,7 @@
 //! differences that are made small again.
 
 use crate::controls::Controls;
-use crate::sensitivities::{Growth, MEANINGLESS};
+use crate::sensitivities::{DerivativeGrowth, MEANINGLESS};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -34,7 +34,7 @@ pub struct Neighbour<S: Discretization<C>, C> {
     own: State,        // where it is placed
     size: Option<f64>, // |q_n' − q_n| that stands for the change of the start, m; none before
     scale: f64,        // of the coordinates, m
-    growth: Growth,
+    growth: DerivativeGrowth,
     stopped: bool, // nothing moves freely, the neighbour has no such step, or all is known
 }
 
@@ -64,7 +64,7 @@ where
         let u: Vec<f64> = (0..start.q.len()).map(part).collect();
         run.system().mass().mul_add(KICK * scale / (h.abs() * norm(&u)), &u, &mut own.p);
         run.place_at(&own);
-        let growth = Growth::NONE;
+        let growth = DerivativeGrowth::NONE;
         Self { run, own, size: None, scale, growth, stopped: false }
     }
 
@@ -131,7 +131,7 @@ where
 
     /// How much the difference has grown, up to the threshold; 1 where nothing moves freely.
     #[must_use]
-    pub fn growth(&self) -> Growth {
+    pub fn growth(&self) -> DerivativeGrowth {
         self.growth
     }
 }

@@ -15,8 +15,8 @@
 use crate::controls::Controls;
 use crate::gradient::GradientError;
 use crate::least_squares::{Refused, Residuals};
-use crate::node::{Node, NodeQuantity, Reads, Slopes};
-use crate::objective::{ByKnown, Known, Objective, Quantity, Seen, Term};
+use crate::node::{Node, NodeQuantity, NodeReads, NodeSlopes};
+use crate::objective::{ByKnown, CostTerm, Known, NotedNode, Objective, Quantity};
 use crate::sensitivities::{Beside, Direction, Increment, NodeForces, Sensitivities};
 use crate::terminal_rate::{NodeReader, NodeSources};
 use nalgebra::DMatrix;
@@ -26,11 +26,11 @@ use vi_constraints::linearization::{Costate, Tangent};
 use vi_core::linear::dot;
 use vi_core::{Configuration, State};
 use vi_multibody::design::MechanismTangent;
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::run::MechanismIntegrator;
 
 /// A run for some parameters, at its start.
-pub struct Trial {
+pub struct TrialRun {
     /// The run.
     pub run: MechanismIntegrator,
     /// The length of its steps, s.
@@ -44,7 +44,7 @@ pub struct Trial {
     /// How the mechanism changes with the parameters of the design, in the order of
     /// [`Direction::parameter`]: velocities follow.
     pub tangents: Vec<MechanismTangent>,
-    /// What is measured, in the order of the sensors of [`Series`].
+    /// What is measured, in the order of the sensors of [`MeasuredSeries`].
     pub quantities: Vec<Measurable>,
     /// What quantities follow from that read multipliers or accelerations.
     pub sources: NodeSources,
@@ -52,7 +52,7 @@ pub struct Trial {
     pub steps: usize,
 }
 
-impl std::fmt::Debug for Trial {
+impl std::fmt::Debug for TrialRun {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Trial").field("step", &self.step).finish_non_exhaustive()
     }
@@ -64,17 +64,17 @@ pub trait Experiment {
     ///
     /// # Errors
     /// [`Refused`], where there is none.
-    fn begin(&mut self, theta: &[f64]) -> Result<Trial, Refused>;
+    fn begin(&mut self, theta: &[f64]) -> Result<TrialRun, Refused>;
 }
 
 /// A number that can be measured.
 pub enum Measurable {
     /// Of a configuration: it has a rate.
     Configuration(Box<dyn Quantity>),
-    /// Of a node with its velocity; its reading is [`Reading::Value`].
+    /// Of a node with its velocity; its reading is [`MeasuredReading::Value`].
     Node(Box<dyn NodeQuantity>),
-    /// Of a node with its momentum, the end cost of a term; its reading is [`Reading::Value`].
-    State(Box<dyn Term>),
+    /// Of a node with its momentum, the end cost of a term; its reading is [`MeasuredReading::Value`].
+    State(Box<dyn CostTerm>),
 }
 
 impl std::fmt::Debug for Measurable {
@@ -89,15 +89,15 @@ impl std::fmt::Debug for Measurable {
 
 impl Measurable {
     /// What it reads of a node.
-    fn reads(&self) -> Reads {
+    fn reads(&self) -> NodeReads {
         match self {
-            Self::Configuration(_) | Self::State(_) => Reads::default(),
+            Self::Configuration(_) | Self::State(_) => NodeReads::default(),
             Self::Node(own) => own.reads(),
         }
     }
 
     /// Takes note of a node, one after the other.
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         match self {
             Self::Configuration(own) => own.follow(node, seen),
             Self::Node(own) => own.follow(node, seen),
@@ -106,8 +106,8 @@ impl Measurable {
     }
 
     /// The factors of `(y, ẏ)` or of `(–, y)` where `y` needs a velocity, as
-    /// [`Reading::weights`].
-    fn weights(&self, reading: Reading, s: f64, h: f64) -> [[f64; 2]; 2] {
+    /// [`MeasuredReading::weights`].
+    fn weights(&self, reading: MeasuredReading, s: f64, h: f64) -> [[f64; 2]; 2] {
         match self {
             Self::Configuration(_) => reading.weights(s, h),
             Self::Node(_) | Self::State(_) => [[0.0, 1.0 - s], [0.0, s]],
@@ -117,7 +117,7 @@ impl Measurable {
 
 /// What is measured of a quantity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Reading {
+pub enum MeasuredReading {
     /// `y`.
     #[default]
     Value,
@@ -125,7 +125,7 @@ pub enum Reading {
     Rate,
 }
 
-impl Reading {
+impl MeasuredReading {
     /// The factors of `(y, ẏ)` at the node before a time and at the next; `s`: the part of a step
     /// of length `h` from the first to the time.
     fn weights(self, s: f64, h: f64) -> [[f64; 2]; 2] {
@@ -145,11 +145,11 @@ impl Reading {
 
 /// What a sensor read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Series {
+pub struct MeasuredSeries {
     /// Which quantity of a trial.
     pub sensor: usize,
     /// What of it.
-    pub reading: Reading,
+    pub reading: MeasuredReading,
     /// Standard deviation of a value, positive.
     pub sigma: f64,
     /// The times of the values since the start, in steps, ascending.
@@ -158,7 +158,7 @@ pub struct Series {
     pub values: Vec<f64>,
 }
 
-impl Series {
+impl MeasuredSeries {
     /// Its values in the steps from these nodes, with times from the first of them.
     #[must_use]
     pub fn part(&self, nodes: Range<usize>) -> Self {
@@ -199,12 +199,12 @@ pub enum SeriesError {
 #[derive(Debug)]
 pub struct MotionResiduals<E> {
     experiment: E,
-    series: Vec<Series>,
+    series: Vec<MeasuredSeries>,
 }
 
 /// The part that a node has in a residual.
 #[derive(Clone, Copy, Debug)]
-struct Share {
+struct ResidualShare {
     node: usize,
     row: usize,
     series: usize,
@@ -230,7 +230,7 @@ impl<E: Experiment> MotionResiduals<E> {
     ///
     /// # Errors
     /// [`SeriesError`].
-    pub fn new(experiment: E, series: Vec<Series>) -> Result<Self, SeriesError> {
+    pub fn new(experiment: E, series: Vec<MeasuredSeries>) -> Result<Self, SeriesError> {
         for (k, own) in series.iter().enumerate() {
             if !(own.sigma > 0.0 && own.sigma.is_finite()) {
                 return Err(SeriesError::Deviation(k));
@@ -251,7 +251,7 @@ impl<E: Experiment> MotionResiduals<E> {
     }
 
     /// The measurements.
-    pub fn series(&self) -> &[Series] {
+    pub fn series(&self) -> &[MeasuredSeries] {
         &self.series
     }
 
@@ -261,7 +261,7 @@ impl<E: Experiment> MotionResiduals<E> {
     }
 
     /// The parts of all nodes in all residuals, node after node.
-    fn shares(&self, quantities: &[Measurable], h: f64) -> Vec<Share> {
+    fn shares(&self, quantities: &[Measurable], h: f64) -> Vec<ResidualShare> {
         let mut shares = Vec::new();
         let mut row = 0;
         for (series, own) in self.series.iter().enumerate() {
@@ -271,7 +271,7 @@ impl<E: Experiment> MotionResiduals<E> {
                 for (i, weights) in of.weights(own.reading, part, h).into_iter().enumerate() {
                     if weights.iter().any(|weight| *weight != 0.0) {
                         let weights = weights.map(|weight| weight / own.sigma);
-                        shares.push(Share { node: node + i, row, series, weights });
+                        shares.push(ResidualShare { node: node + i, row, series, weights });
                     }
                 }
                 row += 1;
@@ -284,22 +284,22 @@ impl<E: Experiment> MotionResiduals<E> {
 
 /// `v̂` and its derivatives, found at nodes where rates are read.
 struct Velocities {
-    node: NodeVelocity,
+    node: DifferentiatedVelocity,
     v: Vec<f64>,
     changes: Vec<Vec<f64>>, // along the directions
 }
 
 impl Velocities {
-    fn of(trial: &Trial) -> Result<Self, Refused> {
+    fn of(trial: &TrialRun) -> Result<Self, Refused> {
         let rows = trial.run.rows();
-        let node = NodeVelocity::new(trial.run.constraints(), rows, &trial.tangents);
+        let node = DifferentiatedVelocity::new(trial.run.constraints(), rows, &trial.tangents);
         let node = node.map_err(|error| Refused(error.to_string()))?;
         Ok(Self { node, v: Vec::new(), changes: Vec::new() })
     }
 
     fn find(
         &mut self,
-        trial: &Trial,
+        trial: &TrialRun,
         directions: &[Direction],
         tangents: &Sensitivities,
     ) -> Result<(), Refused> {
@@ -320,7 +320,7 @@ impl Velocities {
 
 /// A node that was reached, with what changes there.
 #[derive(Clone, Copy)]
-struct Found<'a> {
+struct ReachedNode<'a> {
     at: Configuration<'a>,
     v: &'a [f64],
     tangents: &'a [Tangent],
@@ -330,7 +330,7 @@ struct Found<'a> {
     acceleration: Option<&'a Increment>, // that of the steps on both sides, where it is read
 }
 
-impl Found<'_> {
+impl ReachedNode<'_> {
     /// The part of a node in `y` or `ẏ`; calls `change` with that of each direction.
     fn of_configuration(
         &self,
@@ -377,7 +377,7 @@ impl Found<'_> {
         of_z.clear();
         of_z.resize(at.internal.len(), 0.0);
         let node = Node { lambda, ..Node::moving(at.moving(v)) };
-        let out = Slopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [], z: of_z };
+        let out = NodeSlopes { q: of_q, v: of_v, lambda: of_lambda, a: &mut [], z: of_z };
         y.add_slopes(node, weight, out);
         for (j, (own, direction)) in self.tangents.iter().zip(self.directions).enumerate() {
             let moved = direction.parameter.map_or(0.0, |k| y.by_parameter(k, node));
@@ -392,7 +392,8 @@ impl Found<'_> {
     /// The part of a node in a number of its state; `parameters`: of the design.
     fn of_state(
         &self,
-        (y, state): (&dyn Term, &State),
+        y: &dyn CostTerm,
+        state: &State,
         weight: f64,
         parameters: usize,
         mut change: impl FnMut(usize, f64),
@@ -461,7 +462,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             Sensitivities::new(&trial.run, trial.step, directions.clone()).map_err(refused)?;
         let shares = self.shares(&trial.quantities, trial.step);
         let mut velocities = None;
-        let moves = |own: &Share| match &trial.quantities[self.series[own.series].sensor] {
+        let moves = |own: &ResidualShare| match &trial.quantities[self.series[own.series].sensor] {
             Measurable::Configuration(_) => own.weights[1] != 0.0,
             Measurable::Node(of) => own.weights[1] != 0.0 && of.reads_velocity(),
             Measurable::State(_) => false,
@@ -474,7 +475,8 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         if let Some(jacobian) = jacobian.as_deref_mut() {
             jacobian.fill(0.0);
         }
-        let reads = trial.quantities.iter().fold(Reads::default(), |all, own| all.or(own.reads()));
+        let reads =
+            trial.quantities.iter().fold(NodeReads::default(), |all, own| all.or(own.reads()));
         let parameters = trial.tangents.len();
         if reads.accelerations {
             tangents.keep_increments();
@@ -486,32 +488,32 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
         let mut slope = vec![0.0; trial.run.state().q.len()];
         let (mut of_v, mut of_lambda, mut of_z) = (slope.clone(), Vec::new(), Vec::new());
         let mut reached = 0;
-        let follow = |trial: &Trial, seen| {
+        let follow = |trial: &TrialRun, seen| {
             let node = trial.run.state().configuration();
             trial.quantities.iter().for_each(|own| own.follow(node, seen));
         };
-        follow(&trial, Seen::First);
+        follow(&trial, NotedNode::First);
         for own in shares.chunk_by(|a, b| a.node == b.node) {
             for _ in reached..own[0].node {
-                let Trial { run, controls, design, .. } = &mut trial;
+                let TrialRun { run, controls, design, .. } = &mut trial;
                 let design = design.as_deref();
                 let beside = Beside { controls, design, objective: &objective };
                 tangents.advance(run, beside).map_err(refused)?;
-                follow(&trial, Seen::Next);
+                follow(&trial, NotedNode::Next);
             }
             reached = own[0].node;
             let of_rates = own.iter().any(|own| own.weights[1] != 0.0);
             if let Some(all) = velocities.as_mut().filter(|_| of_rates) {
                 all.find(&trial, &directions, &tangents)?;
             }
-            let of_step = |own: &Share| {
+            let of_step = |own: &ResidualShare| {
                 let reads = trial.quantities[self.series[own.series].sensor].reads();
                 let is_known = reads.forces || reads.accelerations && reached < trial.steps;
                 is_known && reached > 0 && !trial.run.reads_states()
             };
             let mut forces = None;
             if own.iter().any(of_step) {
-                let Trial { run, controls, design, .. } = &mut trial;
+                let TrialRun { run, controls, design, .. } = &mut trial;
                 let design = design.as_deref();
                 let beside = Beside { controls, design, objective: &objective };
                 forces = Some(tangents.find_forces(run, beside).map_err(refused)?.clone());
@@ -524,7 +526,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
             let none = Vec::new();
             let v = velocities.as_ref().map_or(&none, |all| &all.v);
             for share in own {
-                let found = Found {
+                let found = ReachedNode {
                     at,
                     v,
                     tangents: tangents.tangents(),
@@ -541,7 +543,7 @@ impl<E: Experiment> Residuals for MotionResiduals<E> {
                 let quantity = &trial.quantities[self.series[share.series].sensor];
                 out[share.row] += match quantity {
                     Measurable::State(own) => {
-                        found.of_state((&**own, state), share.weights[1], parameters, change)
+                        found.of_state(&**own, state, share.weights[1], parameters, change)
                     }
                     Measurable::Configuration(own) => {
                         found.of_configuration(&**own, share.weights, &mut slope, change)

@@ -111,7 +111,7 @@ pub(crate) fn theta(parameters: &[Parameter], z: &[f64]) -> Vec<f64> {
 }
 
 /// A step of the free parameters, cut at their bounds.
-pub(crate) struct Moved {
+pub(crate) struct BoundedStep {
     /// Where it ends.
     pub(crate) z: Vec<f64>,
     /// The change of each.
@@ -120,7 +120,7 @@ pub(crate) struct Moved {
     pub(crate) size: f64,
 }
 
-impl Moved {
+impl BoundedStep {
     pub(crate) fn new(parameters: &[Parameter], from: &[f64], free: &[usize], by: &[f64]) -> Self {
         let mut z = from.to_vec();
         for (&j, change) in free.iter().zip(by) {
@@ -261,7 +261,7 @@ impl Default for LeastSquares {
 }
 
 /// Residuals with those of priors, by relative parameters.
-struct Problem<'a> {
+struct RelativeProblem<'a> {
     residuals: &'a mut dyn Residuals,
     parameters: &'a [Parameter],
 }
@@ -273,7 +273,7 @@ struct Fit {
     R: DMatrix<f64>,
 }
 
-impl Problem<'_> {
+impl RelativeProblem<'_> {
     fn measured(&self) -> usize {
         self.residuals.len()
     }
@@ -357,7 +357,7 @@ impl LeastSquares {
         if let Some(odd) = parameters.iter().find(|own| !own.is_sound()) {
             return Err(FitError::Parameter(odd.name.clone()));
         }
-        let mut problem = Problem { residuals, parameters };
+        let mut problem = RelativeProblem { residuals, parameters };
         if problem.len() < parameters.len() || parameters.is_empty() {
             let residuals = problem.len();
             return Err(FitError::TooFew { residuals, parameters: parameters.len() });
@@ -395,7 +395,7 @@ impl LeastSquares {
 
 /// The next point and the size of its step; `None` where no step decreases the sum.
 fn step(
-    problem: &mut Problem<'_>,
+    problem: &mut RelativeProblem<'_>,
     fit: &Fit,
     free: &[usize],
     damping: &mut f64,
@@ -412,7 +412,8 @@ fn step(
         };
         let coefficients: Vec<f64> = svd.values.iter().zip(&products).map(filtered).collect();
         let change = svd.combine(&coefficients); // [2.44]
-        let Moved { z, by, size } = Moved::new(problem.parameters, &fit.z, free, &change);
+        let BoundedStep { z, by, size } =
+            BoundedStep::new(problem.parameters, &fit.z, free, &change);
         // of the linear model, with the change as it was cut
         let predicted = {
             let mut r = fit.r.clone();
@@ -440,7 +441,12 @@ fn step(
     None
 }
 
-fn estimate(problem: &Problem<'_>, fit: &Fit, outcome: FitOutcome, iterations: usize) -> Estimate {
+fn estimate(
+    problem: &RelativeProblem<'_>,
+    fit: &Fit,
+    outcome: FitOutcome,
+    iterations: usize,
+) -> Estimate {
     let parameters = problem.parameters;
     let (p, free) = (parameters.len(), fit.free(parameters));
     let svd = SingularValues::of(&fit.columns(&free));

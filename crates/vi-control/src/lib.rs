@@ -62,7 +62,7 @@ pub use controls::{ControlForce, Controls, JointControl, ParticleControl, Wrench
 pub use gradient::{Gradient, GradientError, Task};
 pub use growth::Neighbour;
 pub use kkt::Kkt;
-pub use objective::{Objective, Term};
+pub use objective::{CostTerm, Objective};
 #[cfg(feature = "pounce")]
 pub use pounce::Pounce;
 pub use program::{NlpSolver, Outcome, Program};

@@ -9,8 +9,8 @@
 //! ```
 //! The momentum at rest is zero, so a weight on this term brings a tree to rest.
 
-use crate::node::{Curved, Node, NodeQuantity, Slopes};
-use crate::objective::Term;
+use crate::node::{Curved, Node, NodeQuantity, NodeSlopes};
+use crate::objective::CostTerm;
 use nalgebra::Vector3;
 use vi_constraints::linearization::Costate;
 use vi_core::num_dual::Dual64;
@@ -23,7 +23,7 @@ use vi_rigid::directors::{FRAME, center, director};
 
 /// A link of the tree.
 #[derive(Clone, Debug)]
-struct Link {
+struct MomentumLink {
     frame: usize, // first coordinate
     parent: Option<usize>,
     parent_side: Side,
@@ -36,14 +36,14 @@ struct Link {
 /// `½ Σ ᴾp_j²` of all joints, or `Σ η_j ᴾp_j`.
 #[derive(Clone, Debug)]
 pub struct TerminalMomentum {
-    links: Vec<Link>,             // parents first
-    rates: Option<Vec<[f64; 2]>>, // η of each link: of its slide and of its turn
-    moved: Vec<Vec<Moved>>,       // by parameters
+    links: Vec<MomentumLink>,      // parents first
+    rates: Option<Vec<[f64; 2]>>,  // η of each link: of its slide and of its turn
+    moved: Vec<Vec<MovedColumns>>, // by parameters
 }
 
 /// How a parameter changes the columns of a joint: `r` and `n`, in the directors of their bodies.
 #[derive(Clone, Copy, Debug)]
-struct Moved {
+struct MovedColumns {
     link: usize,
     arm: Vector3<f64>,
     axis: Vector3<f64>,
@@ -51,7 +51,7 @@ struct Moved {
 
 /// The motion of a link, and what it carries.
 #[derive(Clone, Copy, Debug)]
-struct Motion<T> {
+struct LinkMotion<T> {
     velocity: Vector3<T>, // φ̇
     spin: Vector3<T>,
     force: Vector3<T>,
@@ -61,7 +61,7 @@ struct Motion<T> {
     power: T, // ᴾp times the rate
 }
 
-impl<T: Number> Motion<T> {
+impl<T: Number> LinkMotion<T> {
     fn still() -> Self {
         let ([velocity, spin, force, torque], zero) = ([Vector3::zeros(); 4], T::of(0.0));
         Self { velocity, spin, force, torque, slide: zero, turn: zero, power: zero }
@@ -82,7 +82,7 @@ impl TerminalMomentum {
             if kind.dof() != usize::from(turns) + usize::from(slides) {
                 return None;
             }
-            Some(Link {
+            Some(MomentumLink {
                 frame: FRAME * link.frame,
                 parent: link.parent,
                 parent_side: link.joint.parent,
@@ -118,7 +118,7 @@ impl TerminalMomentum {
             let own = tangent.joints.iter().map(|(joint, change)| {
                 let link = self.links.iter().position(|link| link.joint == Some(*joint))?;
                 let axis = change.parent.axes.column(2).into_owned();
-                Some(Moved { link, arm: change.child.anchor, axis })
+                Some(MovedColumns { link, arm: change.child.anchor, axis })
             });
             let own = own.collect::<Option<_>>()?;
             self.moved.push(own);
@@ -127,12 +127,12 @@ impl TerminalMomentum {
     }
 
     /// Leaf → root: momenta along the joints. Root → leaf: the motion with rates of their values.
-    fn motions<T: Number>(&self, q: &[T], p: &[T]) -> Vec<Motion<T>> {
-        let mut all = vec![Motion::still(); self.links.len()];
+    fn motions<T: Number>(&self, q: &[T], p: &[T]) -> Vec<LinkMotion<T>> {
+        let mut all = vec![LinkMotion::still(); self.links.len()];
         for (k, link) in self.links.iter().enumerate().rev() {
             let (own, momentum) = (frame(q, link), frame(p, link));
             let (arm, axis) = (along(&link.arm, own), link.axis(q));
-            let Motion { force, torque, .. } = &mut all[k];
+            let LinkMotion { force, torque, .. } = &mut all[k];
             *force += center(momentum);
             *torque -= arm.cross(force);
             for i in 0..3 {
@@ -176,7 +176,7 @@ impl TerminalMomentum {
     fn add_slopes<T: Number>(&self, [q, p]: [&[T]; 2], scale: f64, [out, by_p]: [&mut [T]; 2]) {
         let all = self.motions(q, p);
         for (k, link) in self.links.iter().enumerate() {
-            let Motion { velocity, spin, force, torque, slide, turn, .. } = all[k];
+            let LinkMotion { velocity, spin, force, torque, slide, turn, .. } = all[k];
             let (own, first) = (frame(q, link), link.frame);
             // ∂Φ/∂p̄ = (φ̇, ω × d_I)
             add(velocity, scale, first, by_p);
@@ -203,7 +203,7 @@ impl TerminalMomentum {
     }
 }
 
-fn frame<'a, T>(q: &'a [T], link: &Link) -> &'a [T] {
+fn frame<'a, T>(q: &'a [T], link: &MomentumLink) -> &'a [T] {
     &q[link.frame..link.frame + FRAME]
 }
 
@@ -212,7 +212,7 @@ fn along<T: Number>(x: &Vector3<f64>, of: &[T]) -> Vector3<T> {
     (0..3).fold(Vector3::zeros(), |sum, i| sum + director(of, i) * T::of(x[i]))
 }
 
-impl Link {
+impl MomentumLink {
     /// `n`.
     fn axis<T: Number>(&self, q: &[T]) -> Vector3<T> {
         let own: Vector3<f64> = self.parent_side.axes.column(2).into();
@@ -227,7 +227,7 @@ fn add<T: Number>(x: Vector3<T>, scale: f64, first: usize, out: &mut [T]) {
     (0..3).for_each(|k| out[first + k] += x[k] * T::of(scale));
 }
 
-impl Term for TerminalMomentum {
+impl CostTerm for TerminalMomentum {
     fn of_end(&self, end: &State) -> f64 {
         self.value([&end.q, &end.p])
     }
@@ -244,7 +244,7 @@ impl Term for TerminalMomentum {
         for (out, moved) in out.iter_mut().zip(&self.moved) {
             for own in moved {
                 let link = &self.links[own.link];
-                let Motion { spin, force, torque, slide, turn, .. } = all[own.link];
+                let LinkMotion { spin, force, torque, slide, turn, .. } = all[own.link];
                 let carried = link.parent.map_or_else(Vector3::zeros, |parent| all[parent].spin);
                 let [child, parent] = [frame(&end.q, link), link.parent_side.coordinates(&end.q)];
                 // f·(ω_parent × δr) − ω·(δr × f) + δn·(f u̇ + τ θ̇)
@@ -278,7 +278,7 @@ impl NodeQuantity for NodeMomentum {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.momentum.value([at.q, &self.of(v)])
     }
-    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let mut by_p = vec![0.0; v.len()];
         self.momentum.add_slopes([at.q, &self.of(v)], scale, [out.q, &mut by_p]);
         self.mass.mul_add(1.0, &by_p, out.v); // M is symmetric

@@ -5,8 +5,8 @@
 //! y(t, q, v̂)              D²y [`Curved`]
 //! ```
 
-use crate::objective::{Quantity, Seen};
-pub use crate::reads::Reads;
+use crate::objective::{NotedNode, Quantity};
+pub use crate::reads::NodeReads;
 use vi_core::{Configuration, Motion};
 use vi_multibody::law::Input;
 
@@ -33,7 +33,7 @@ impl<'a> Node<'a> {
 
 /// Derivatives by what a node is.
 #[derive(Debug)]
-pub struct Slopes<'a> {
+pub struct NodeSlopes<'a> {
     /// By `q`, shape `n`.
     pub q: &'a mut [f64],
     /// By `v̂`, shape `n`.
@@ -46,11 +46,11 @@ pub struct Slopes<'a> {
     pub z: &'a mut [f64],
 }
 
-impl Slopes<'_> {
+impl NodeSlopes<'_> {
     /// The same for a while.
-    pub fn again(&mut self) -> Slopes<'_> {
+    pub fn again(&mut self) -> NodeSlopes<'_> {
         let Self { q, v, lambda, a, z } = self;
-        Slopes { q, v, lambda, a, z }
+        NodeSlopes { q, v, lambda, a, z }
     }
 }
 
@@ -59,14 +59,14 @@ pub trait NodeQuantity: Send + Sync {
     /// The number.
     fn value(&self, node: Node<'_>) -> f64;
     /// Adds `scale` times its derivatives.
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>);
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>);
     /// `∂y/∂θ` with all that the node is held.
     fn by_parameter(&self, _parameter: usize, _node: Node<'_>) -> f64 {
         0.0
     }
     /// What it reads beside `q` and `v̂`.
-    fn reads(&self) -> Reads {
-        Reads::default()
+    fn reads(&self) -> NodeReads {
+        NodeReads::default()
     }
     /// Whether it reads `v̂`.
     fn reads_velocity(&self) -> bool {
@@ -80,7 +80,7 @@ pub trait NodeQuantity: Send + Sync {
     fn slopes_at(&self, node: Node<'_>) -> [Vec<f64>; 2] {
         let [mut q, mut v] = [(); 2].map(|()| vec![0.0; node.at.q.len()]);
         let [lambda, a, z] = [(); 3].map(|()| &mut [][..]);
-        self.add_slopes(node, 1.0, Slopes { q: &mut q, v: &mut v, lambda, a, z });
+        self.add_slopes(node, 1.0, NodeSlopes { q: &mut q, v: &mut v, lambda, a, z });
         [q, v]
     }
     /// Its second derivatives, which optimal control needs; `None`, unless said otherwise, where
@@ -89,7 +89,7 @@ pub trait NodeQuantity: Send + Sync {
         None
     }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
-    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+    fn follow(&self, _node: Configuration<'_>, _seen: NotedNode) {}
 }
 
 /// A number of configuration and velocity with second derivatives.
@@ -103,13 +103,13 @@ impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
     fn value(&self, node: Node<'_>) -> f64 {
         (**self).value(node)
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         (**self).add_slopes(node, scale, out);
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
         (**self).by_parameter(parameter, node)
     }
-    fn reads(&self) -> Reads {
+    fn reads(&self) -> NodeReads {
         (**self).reads()
     }
     fn reads_velocity(&self) -> bool {
@@ -121,7 +121,7 @@ impl<Y: NodeQuantity + ?Sized> NodeQuantity for Box<Y> {
     fn curved(&self) -> Option<&dyn Curved> {
         (**self).curved()
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         (**self).follow(node, seen);
     }
 }
@@ -139,7 +139,7 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
         self.0.add_slope(at, 1.0, &mut slope);
         vi_core::linear::dot(&slope, v)
     }
-    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         self.0.add_slope(at, scale, out.v);
         self.0.add_bend(at.moving(v), scale, out.q);
     }
@@ -149,7 +149,7 @@ impl<Q: Quantity> NodeQuantity for RateOf<Q> {
     fn curved(&self) -> Option<&dyn Curved> {
         Some(self)
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.0.follow(node, seen);
     }
 }
@@ -177,7 +177,7 @@ impl NodeQuantity for Input {
         &self,
         Node { at, v, .. }: Node<'_>,
         scale: f64,
-        Slopes { q, v: of_v, .. }: Slopes<'_>,
+        NodeSlopes { q, v: of_v, .. }: NodeSlopes<'_>,
     ) {
         self.for_each_slope_by_position(at.q, v, &mut |i, slope| q[i] += scale * slope);
         self.for_each_slope_by_velocity(at.q, v, &mut |i, slope| of_v[i] += scale * slope);

@@ -7,12 +7,12 @@
 //! ```
 //! `φ` are terms of the end that count along the path, at the nodes of whole steps.
 
-use crate::reads::Reads;
+use crate::reads::NodeReads;
 use vi_constraints::linearization::Costate;
 use vi_core::interval::{Interval, Slot};
 use vi_core::sparse::Product;
 use vi_core::{Configuration, Motion, State};
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::{BilinearRow, Form};
 use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// Derivatives of the cost of a step.
@@ -46,7 +46,7 @@ impl StepGradient {
 }
 
 /// A term of a cost.
-pub trait Term: Send + Sync {
+pub trait CostTerm: Send + Sync {
     /// What a (sub-)step with these controls costs.
     fn of_step(&self, _s: &Interval, _controls: &[f64]) -> f64 {
         0.0
@@ -74,7 +74,7 @@ pub trait Term: Send + Sync {
     /// The same of the last node.
     fn add_parameters_of_end(&self, _end: &State, _scale: f64, _out: &mut [f64]) {}
     /// Takes note of a node, one after the other, before it counts.
-    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+    fn follow(&self, _node: Configuration<'_>, _seen: NotedNode) {}
 }
 
 /// What of a node is known beside its state by the steps of order 2 there; what is not is that of
@@ -114,7 +114,7 @@ impl ByKnown<'_> {
 
 /// A term of a node and of what the steps beside it give. As a term of the end it is that of the
 /// acceleration level.
-pub trait StepTerm: Term {
+pub trait StepTerm: CostTerm {
     /// What a node costs.
     fn of_node(&self, node: &State, known: Known<'_>) -> f64;
     /// Adds `scale` times its derivatives by the state and by what is known, and the explicit ones
@@ -127,7 +127,7 @@ pub trait StepTerm: Term {
         parameters: &mut [f64],
     ) -> f64;
     /// What it reads.
-    fn reads(&self) -> Reads;
+    fn reads(&self) -> NodeReads;
 }
 
 /// Which terms of steps count at a time.
@@ -159,13 +159,13 @@ impl StepTerms {
     }
 
     /// What any of them reads.
-    fn reads(&self) -> Reads {
-        self.0.iter().fold(Reads::default(), |all, (.., term)| all.or(term.reads()))
+    fn reads(&self) -> NodeReads {
+        self.0.iter().fold(NodeReads::default(), |all, (.., term)| all.or(term.reads()))
     }
 
     /// The terms that count at a node: weight, that of the trapezoidal rule, term.
-    fn at(&self, at: Place, which: Which) -> impl Iterator<Item = ([f64; 2], &dyn StepTerm)> {
-        let path = Place { is_last: false, ..at };
+    fn at(&self, at: NodePlace, which: Which) -> impl Iterator<Item = ([f64; 2], &dyn StepTerm)> {
+        let path = NodePlace { is_last: false, ..at };
         let counts = move |term: &dyn StepTerm| match which {
             Which::All => true,
             Which::OfForces => term.reads().forces,
@@ -180,7 +180,7 @@ impl StepTerms {
 
     /// What a node costs by some of them.
     #[must_use]
-    pub fn of(&self, which: Which, (node, known): (&State, Known<'_>), at: Place) -> f64 {
+    pub fn of(&self, which: Which, node: &State, known: Known<'_>, at: NodePlace) -> f64 {
         self.at(at, which).map(|([weight, _], term)| weight * term.of_node(node, known)).sum()
     }
 
@@ -189,7 +189,7 @@ impl StepTerms {
     pub fn add_of(
         &self,
         node: (&State, Known<'_>),
-        (at, which): (Place, Which),
+        (at, which): (NodePlace, Which),
         (of_state, mut of_known): (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> [f64; 2] {
@@ -205,7 +205,7 @@ impl StepTerms {
 
 /// The place of a node in a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct NodePlace {
     /// What the trapezoidal rule weighs it with, s.
     pub weight: f64,
     /// Whether it is the last one.
@@ -223,7 +223,7 @@ pub enum Counted {
 
 impl Counted {
     /// The factor at a node.
-    fn weight(self, at: Place) -> f64 {
+    fn weight(self, at: NodePlace) -> f64 {
         match self {
             Self::AtEnd => f64::from(u8::from(at.is_last)),
             Self::Along => at.weight,
@@ -233,7 +233,7 @@ impl Counted {
 
 /// Which node of a run is taken note of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Seen {
+pub enum NotedNode {
     /// The one where the run begins.
     First,
     /// The end of the next step.
@@ -259,7 +259,7 @@ pub trait Quantity: Send + Sync {
         0.0
     }
     /// Takes note of a node, one after the other, where the number is continued along the motion.
-    fn follow(&self, _node: Configuration<'_>, _seen: Seen) {}
+    fn follow(&self, _node: Configuration<'_>, _seen: NotedNode) {}
     /// Whether it is continued: it has a value at the nodes of whole steps alone.
     fn is_continued(&self) -> bool {
         false
@@ -303,9 +303,9 @@ impl Quantity for PointComponent {
 }
 
 /// A product of linear forms: a component of a point along an axis of a frame.
-impl Quantity for Row {
+impl Quantity for BilinearRow {
     fn value(&self, at: Configuration<'_>) -> f64 {
-        Row::value(self, at.q)
+        BilinearRow::value(self, at.q)
     }
     fn add_slope(&self, at: Configuration<'_>, scale: f64, out: &mut [f64]) {
         self.for_each_slope(at.q, |i, slope| out[i] += scale * slope);
@@ -329,7 +329,7 @@ impl Effort {
     }
 }
 
-impl Term for Effort {
+impl CostTerm for Effort {
     fn of_step(&self, s: &Interval, w: &[f64]) -> f64 {
         0.5 * s.h * self.places(w.len()).map(|k| w[k] * w[k]).sum::<f64>()
     }
@@ -345,7 +345,7 @@ impl Term for Effort {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Time;
 
-impl Term for Time {
+impl CostTerm for Time {
     fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
         s.h
     }
@@ -356,14 +356,14 @@ impl Term for Time {
 
 /// What a number costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Judged {
+pub enum NumberCost {
     /// `½ (y − target)²`.
     Deviation(f64),
     /// `y` itself.
     Itself,
 }
 
-impl Judged {
+impl NumberCost {
     /// What `y` costs.
     #[must_use]
     pub fn cost(self, y: f64) -> f64 {
@@ -407,7 +407,7 @@ pub struct Running<Q> {
     /// `y`.
     pub quantity: Q,
     /// `c`.
-    pub judged: Judged,
+    pub judged: NumberCost,
 }
 
 /// The configuration at an end of a step.
@@ -425,7 +425,7 @@ fn add_by_parameters(own: &impl Quantity, at: Configuration<'_>, scale: f64, out
     }
 }
 
-impl<Q: Quantity> Term for Running<Q> {
+impl<Q: Quantity> CostTerm for Running<Q> {
     fn of_step(&self, s: &Interval, _: &[f64]) -> f64 {
         let costs = Slot::BOTH.map(|end| self.judged.cost(self.quantity.value(at(s, end))));
         0.5 * s.h * (costs[0] + costs[1])
@@ -455,10 +455,10 @@ pub struct Terminal<Q> {
     /// `y`.
     pub quantity: Q,
     /// `c`.
-    pub judged: Judged,
+    pub judged: NumberCost,
 }
 
-impl<Q: Quantity> Term for Terminal<Q> {
+impl<Q: Quantity> CostTerm for Terminal<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.judged.cost(self.quantity.value(end.configuration()))
     }
@@ -470,7 +470,7 @@ impl<Q: Quantity> Term for Terminal<Q> {
         let slope = self.judged.slope(self.quantity.value(end.configuration()));
         add_by_parameters(&self.quantity, end.configuration(), scale * slope, out);
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.quantity.follow(node, seen);
     }
 }
@@ -482,7 +482,7 @@ pub struct Last<Q>(
     pub Q,
 );
 
-impl<Q: Quantity> Term for Last<Q> {
+impl<Q: Quantity> CostTerm for Last<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.0.value(end.configuration())
     }
@@ -492,7 +492,7 @@ impl<Q: Quantity> Term for Last<Q> {
     fn add_parameters_of_end(&self, end: &State, scale: f64, out: &mut [f64]) {
         add_by_parameters(&self.0, end.configuration(), scale, out);
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.0.follow(node, seen);
     }
 }
@@ -500,8 +500,8 @@ impl<Q: Quantity> Term for Last<Q> {
 /// A weighted sum of terms.
 #[derive(Default)]
 pub struct Objective {
-    terms: Vec<(f64, Box<dyn Term>)>,
-    along: Vec<(f64, Box<dyn Term>)>, // φ
+    terms: Vec<(f64, Box<dyn CostTerm>)>,
+    along: Vec<(f64, Box<dyn CostTerm>)>, // φ
     steps: StepTerms,
 }
 
@@ -521,18 +521,18 @@ impl Objective {
 
     /// With one more.
     #[must_use]
-    pub fn with(mut self, weight: f64, term: impl Term + 'static) -> Self {
+    pub fn with(mut self, weight: f64, term: impl CostTerm + 'static) -> Self {
         self.add(weight, Box::new(term));
         self
     }
 
     /// Adds one.
-    pub fn add(&mut self, weight: f64, term: Box<dyn Term>) {
+    pub fn add(&mut self, weight: f64, term: Box<dyn CostTerm>) {
         self.terms.push((weight, term));
     }
 
     /// Adds the end cost of a term as `φ`: at every node, by the trapezoidal rule.
-    pub fn add_along(&mut self, weight: f64, term: Box<dyn Term>) {
+    pub fn add_along(&mut self, weight: f64, term: Box<dyn CostTerm>) {
         self.along.push((weight, term));
     }
 
@@ -580,7 +580,7 @@ impl Objective {
     }
 
     /// Takes note of a node of a run, one after the other, before it counts.
-    pub fn follow(&self, node: &State, seen: Seen) {
+    pub fn follow(&self, node: &State, seen: NotedNode) {
         let all = self.terms.iter().chain(&self.along);
         all.for_each(|(_, term)| term.follow(node.configuration(), seen));
         let steps = self.steps.0.iter();
@@ -607,7 +607,7 @@ impl Objective {
 
     /// The same by forces on the coordinates of a node, shape `n`, with its state held.
     pub fn add_forces_of_node(&self, node: &State, scale: f64, out: &mut [f64]) {
-        let add = |(weight, term): &(f64, Box<dyn Term>)| {
+        let add = |(weight, term): &(f64, Box<dyn CostTerm>)| {
             term.add_forces_of_end(node, scale * weight, out);
         };
         self.along.iter().for_each(add);
@@ -631,7 +631,7 @@ impl Objective {
 
     /// Adds its explicit derivatives by parameters, of a (sub-)step.
     pub fn add_parameters_of_step(&self, s: &Interval, controls: &[f64], out: &mut [f64]) {
-        let add = |(weight, term): &(f64, Box<dyn Term>)| {
+        let add = |(weight, term): &(f64, Box<dyn CostTerm>)| {
             term.add_parameters_of_step(s, controls, *weight, out);
         };
         self.terms.iter().for_each(add);

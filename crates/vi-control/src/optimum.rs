@@ -9,12 +9,12 @@
 
 use crate::kkt::{Kkt, Tolerances};
 use crate::program::{
-    Iterate, Multipliers, NlpSolver, Outcome, Program, SharedProgram, SolverError, Start,
+    Iterate, MethodStart, Multipliers, NlpSolver, Outcome, Program, SharedProgram, SolverError,
 };
 use crate::replay::Replay;
 use crate::transcription::problem::{MAX_INCREMENT, ProblemError};
 use crate::transcription::{
-    Guess, Held, Met, Motion, PriceOfRest, Resting, Size, Transcription, TurnPrice,
+    Guess, HeldPoint, Met, PriceOfRest, PriceSize, Resting, SolvedMotion, Transcription, TurnPrice,
 };
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -36,12 +36,12 @@ pub trait Setting {
     ///
     /// # Errors
     /// In words, where there is no run.
-    fn replay(&self, motion: &Motion) -> Result<Replay, String>;
+    fn replay(&self, motion: &SolvedMotion) -> Result<Replay, String>;
 }
 
 /// What a point is.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict {
+pub enum OptimumVerdict {
     /// An optimum: the conditions are met, and a run repeats it.
     Optimal,
     /// The method found no motion that meets all conditions; the rows that miss most, in words.
@@ -79,9 +79,9 @@ pub struct LevelFound {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Optimum {
     /// What it is.
-    pub verdict: Verdict,
+    pub verdict: OptimumVerdict,
     /// The motion.
-    pub motion: Motion,
+    pub motion: SolvedMotion,
     /// The conditions of an optimum.
     pub kkt: Kkt,
     /// Its run; `None` where there is none.
@@ -89,7 +89,7 @@ pub struct Optimum {
     /// Multipliers.
     pub multipliers: Multipliers,
     /// Where the last solve ended, to go on from.
-    pub held: Held,
+    pub held: HeldPoint,
     /// Its conditions.
     pub met: Vec<Met>,
     /// The momenta that are to be zero at the end.
@@ -106,7 +106,7 @@ pub struct Optimum {
     /// What the bounds of controls cost, shape `N × k`; NaN where no value begins.
     pub bounds: Vec<Vec<f64>>,
     /// The size of the program.
-    pub size: Size,
+    pub size: PriceSize,
     /// Iterations of the last solve.
     pub iterates: Vec<Iterate>,
     /// Iterations of all solves.
@@ -132,7 +132,8 @@ impl Optimum {
     /// nearby is as good.
     #[must_use]
     pub fn is_sufficient(&self) -> bool {
-        self.verdict == Verdict::Optimal && self.iterates.last().is_some_and(|i| i.shift == 0.0)
+        self.verdict == OptimumVerdict::Optimal
+            && self.iterates.last().is_some_and(|i| i.shift == 0.0)
     }
 }
 
@@ -161,16 +162,16 @@ pub type Progress = Rc<RefCell<dyn FnMut(usize, &Iterate) -> ControlFlow<()>>>;
 /// goes on from a point that an earlier search has ended at.
 ///
 /// # Errors
-/// [`OptimizeError`]; how a solve ends is a [`Verdict`].
+/// [`OptimizeError`]; how a solve ends is a [`OptimumVerdict`].
 pub fn optimize(
     method: &mut dyn NlpSolver,
     setting: &dyn Setting,
     (steps, refine): (usize, u32),
-    from: Option<&Held>,
+    from: Option<&HeldPoint>,
     progress: &Progress,
 ) -> Result<Optimum, OptimizeError> {
     let halvings = (0..=refine).rev().find(|k| is_divisible(steps, *k)).unwrap_or(0);
-    let mut search = Search { method, setting, progress, iterations: 0, levels: Vec::new() };
+    let mut search = StepSearch { method, setting, progress, iterations: 0, levels: Vec::new() };
     let mut coarse: Option<Solve> = None; // the last optimum
     let is_earlier = |k: &u32| from.is_some_and(|from| steps >> k != from.steps);
     for k in (0..=halvings).rev().skip_while(is_earlier) {
@@ -182,7 +183,7 @@ pub fn optimize(
         let stopped = |own: &Solve| own.outcome == Outcome::Stopped;
         match solved {
             Some(solved) if k == 0 || stopped(&solved) => {
-                return search.ended((steps, solved), coarse);
+                return search.ended(steps, solved, coarse);
             }
             Some(solved) if solved.is_optimum() => coarse = Some(solved),
             _ => {}
@@ -190,8 +191,8 @@ pub fn optimize(
     }
     match coarse {
         Some(coarse) => {
-            let Search { iterations, levels, .. } = search;
-            let (verdict, wanted) = (Verdict::Unfinished(NOWHERE), Some(steps));
+            let StepSearch { iterations, levels, .. } = search;
+            let (verdict, wanted) = (OptimumVerdict::Unfinished(NOWHERE), Some(steps));
             Ok(Optimum { verdict, wanted, iterations, levels, ..judged(setting, coarse) })
         }
         None if from.is_some() => Err(OptimizeError::Another),
@@ -204,7 +205,7 @@ const NOWHERE: Outcome =
     Outcome::Failed(Cow::Borrowed("that it ended where the motion does not exist"));
 
 /// A search through numbers of steps.
-struct Search<'a> {
+struct StepSearch<'a> {
     method: &'a mut dyn NlpSolver,
     setting: &'a dyn Setting,
     progress: &'a Progress,
@@ -212,13 +213,13 @@ struct Search<'a> {
     levels: Vec<LevelFound>,
 }
 
-impl Search<'_> {
+impl StepSearch<'_> {
     /// Solves the problem of so many steps, from an optimum of fewer, or from a point of these.
     fn solve(
         &mut self,
         steps: usize,
         coarse: Option<&Solve>,
-        from: Option<&Held>,
+        from: Option<&HeldPoint>,
     ) -> Result<Solve, OptimizeError> {
         let guess = coarse.map(|own| own.program.borrow().refined(&own.motion, steps));
         let mut program = self.setting.program(steps, guess.as_ref())?;
@@ -227,8 +228,8 @@ impl Search<'_> {
             return Err(OptimizeError::Another);
         }
         let multipliers = from.map(|from| from.multipliers.clone());
-        let start = Start { multipliers, ..program.start() };
-        let solved = solve(self.method, (program, start), self.progress)?;
+        let start = MethodStart { multipliers, ..program.start() };
+        let solved = solve(self.method, program, start, self.progress)?;
         self.iterations += solved.iterations;
         let cost = solved.motion.costs.iter().sum();
         let is_optimal = solved.is_optimum()
@@ -241,15 +242,16 @@ impl Search<'_> {
     /// The last solve with its verdict; where it is no optimum, one of fewer steps is kept.
     fn ended(
         self,
-        (steps, solved): (usize, Solve),
+        steps: usize,
+        solved: Solve,
         coarse: Option<Solve>,
     ) -> Result<Optimum, OptimizeError> {
         let mut found = judged(self.setting, solved);
-        if !matches!(found.verdict, Verdict::Optimal | Verdict::Stopped) {
+        if !matches!(found.verdict, OptimumVerdict::Optimal | OptimumVerdict::Stopped) {
             let first = self.setting.program(steps, None)?;
             let unreached = first.unreached(&first.start().x).unwrap_or_default();
             let kept = coarse.map(|own| judged(self.setting, own));
-            if let Some(kept) = kept.filter(|own| own.verdict == Verdict::Optimal) {
+            if let Some(kept) = kept.filter(|own| own.verdict == OptimumVerdict::Optimal) {
                 let Optimum { verdict, held, .. } = found;
                 found = Optimum { verdict, held, wanted: Some(steps), ..kept };
             }
@@ -268,10 +270,10 @@ fn is_divisible(steps: usize, halvings: u32) -> bool {
 struct Solve {
     outcome: Outcome,
     program: Rc<RefCell<Transcription>>,
-    motion: Motion,
+    motion: SolvedMotion,
     kkt: Kkt,
     multipliers: Multipliers,
-    held: Held,
+    held: HeldPoint,
     met: Vec<Met>,
     resting: Vec<Resting>,
     rest: PriceOfRest,
@@ -279,7 +281,7 @@ struct Solve {
     bounded_turns: Vec<usize>,
     costates: Vec<Vec<f64>>,
     bounds: Vec<Vec<f64>>,
-    size: Size,
+    size: PriceSize,
     iterates: Vec<Iterate>,
     iterations: usize,
 }
@@ -293,7 +295,8 @@ impl Solve {
 
 fn solve(
     method: &mut dyn NlpSolver,
-    (program, mut start): (Transcription, Start),
+    program: Transcription,
+    mut start: MethodStart,
     progress: &Progress,
 ) -> Result<Solve, OptimizeError> {
     let steps = program.problem().steps;
@@ -311,7 +314,7 @@ fn solve(
             program.borrow_mut().move_references(&solved.x).map_err(undefined)?;
             let known = solved.outcome == Outcome::Optimal;
             let multipliers = known.then_some(solved.multipliers);
-            start = Start { multipliers, near: known, ..program.borrow().start() };
+            start = MethodStart { multipliers, near: known, ..program.borrow().start() };
             continue;
         }
         let motion = program.borrow().motion(&solved.x).map_err(undefined)?;
@@ -356,18 +359,20 @@ fn judged(setting: &dyn Setting, solved: Solve) -> Optimum {
     };
     let turn = largest_turn(&solved.motion);
     let verdict = match solved.outcome {
-        Outcome::Infeasible => Verdict::Infeasible(named()),
-        Outcome::Stopped => Verdict::Stopped,
-        Outcome::Exhausted | Outcome::Failed(_) => Verdict::Unfinished(solved.outcome.clone()),
+        Outcome::Infeasible => OptimumVerdict::Infeasible(named()),
+        Outcome::Stopped => OptimumVerdict::Stopped,
+        Outcome::Exhausted | Outcome::Failed(_) => {
+            OptimumVerdict::Unfinished(solved.outcome.clone())
+        }
         Outcome::Optimal | Outcome::Acceptable => {
             if !solved.kkt.is_met(&Tolerances::default()) {
-                Verdict::NotOptimal
+                OptimumVerdict::NotOptimal
             } else if let Some((step, turn)) = turn.filter(|(_, turn)| *turn > MAX_INCREMENT) {
-                Verdict::TurnsTooFar { step, turn }
+                OptimumVerdict::TurnsTooFar { step, turn }
             } else if !replay.as_ref().is_some_and(Replay::is_same) {
-                Verdict::OtherMotion
+                OptimumVerdict::OtherMotion
             } else {
-                Verdict::Optimal
+                OptimumVerdict::Optimal
             }
         }
     };
@@ -395,7 +400,7 @@ fn judged(setting: &dyn Setting, solved: Solve) -> Optimum {
 }
 
 /// The largest turn of a body from a node to the next, rad, and the step.
-fn largest_turn(motion: &Motion) -> Option<(usize, f64)> {
+fn largest_turn(motion: &SolvedMotion) -> Option<(usize, f64)> {
     let nodes: Vec<&[f64]> = motion.all_nodes().collect();
     let each = motion.within.first().map_or(1, |own| own.len() + 1);
     let of_pair = |(k, pair): (usize, &[&[f64]])| {

@@ -5,8 +5,8 @@
 //! not that of a minimum. One thread; files of options and environment variables are not read.
 
 use crate::program::{
-    AtPoint, Bounds, Iterate, Multipliers, NlpSolver, Outcome, SharedProgram, Solved, SolverError,
-    Start, Watch, check_start,
+    AtPoint, Bounds, Iterate, MethodStart, MethodWatch, Multipliers, NlpSolver, Outcome,
+    SharedProgram, Solved, SolverError, check_start,
 };
 use pounce_rs::pounce_algorithm::application::{
     default_backend_factory, feral_config_from_options,
@@ -39,7 +39,7 @@ impl Default for Pounce {
 }
 
 impl Pounce {
-    fn application(&self, start: &Start) -> Result<IpoptApplication, SolverError> {
+    fn application(&self, start: &MethodStart) -> Result<IpoptApplication, SolverError> {
         let (refused, warm) =
             (|name: &str| SolverError::Option(name.to_owned()), start.multipliers.is_some());
         let mut app = IpoptApplication::new();
@@ -97,8 +97,8 @@ impl NlpSolver for Pounce {
     fn solve(
         &mut self,
         program: &SharedProgram,
-        start: &Start,
-        watch: Watch,
+        start: &MethodStart,
+        watch: MethodWatch,
     ) -> Result<Solved, SolverError> {
         check_start(&*program.borrow(), start)?;
         let foreign = |name: &String| name.starts_with("POUNCE_") || name.starts_with("FERAL_");
@@ -142,8 +142,8 @@ fn outcome(status: ApplicationReturnStatus) -> Outcome {
 struct Adapter {
     at: AtPoint,
     bounds: Bounds,
-    start: Start,
-    watch: Watch,
+    start: MethodStart,
+    watch: MethodWatch,
     iterates: Vec<Iterate>,
     found: (Vec<f64>, Multipliers),
 }

@@ -11,15 +11,15 @@
 //! Source: A. V. Fiacco, Introduction to Sensitivity and Stability Analysis in Nonlinear
 //! Programming (1983), chapter 3.
 
-use crate::node::{Node, NodeQuantity, Slopes};
-use crate::objective::{Seen, Term};
+use crate::node::{Node, NodeQuantity, NodeSlopes};
+use crate::objective::{CostTerm, NotedNode};
 use vi_constraints::linearization::Costate;
 use vi_core::linear::dot;
 use vi_core::{Configuration, State};
 
 /// `Σ_n κ_n c(node n)`, to be counted along a path by the trapezoidal rule.
 pub struct AtNodes {
-    term: Box<dyn Term>,
+    term: Box<dyn CostTerm>,
     start: f64,
     step: f64,
     weights: Vec<f64>, // κ_n over the weight of the rule, 1/s
@@ -35,7 +35,7 @@ impl AtNodes {
     /// A term of single nodes, `(n, κ_n)`, of a run of this many steps from a time, s.
     #[must_use]
     pub fn new(
-        term: Box<dyn Term>,
+        term: Box<dyn CostTerm>,
         (start, step, steps): (f64, f64, usize),
         prices: impl IntoIterator<Item = (usize, f64)>,
     ) -> Self {
@@ -55,7 +55,7 @@ impl AtNodes {
     }
 }
 
-impl Term for AtNodes {
+impl CostTerm for AtNodes {
     fn of_end(&self, node: &State) -> f64 {
         match self.weight(node.t) {
             0.0 => 0.0,
@@ -74,7 +74,7 @@ impl Term for AtNodes {
             weight => self.term.add_parameters_of_end(node, scale * weight, out),
         }
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.term.follow(node, seen);
     }
 }
@@ -90,7 +90,7 @@ impl NodeQuantity for VelocityAlong {
     fn value(&self, node: Node<'_>) -> f64 {
         dot(&self.0, node.v)
     }
-    fn add_slopes(&self, _node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, _node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         out.v.iter_mut().zip(&self.0).for_each(|(out, c)| *out += scale * c);
     }
 }

@@ -117,7 +117,7 @@ pub struct Multipliers {
 
 /// Where a method starts: a guess, with multipliers where they are known.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Start {
+pub struct MethodStart {
     /// Shape of the variables.
     pub x: Vec<f64>,
     /// Those of a point nearby.
@@ -176,7 +176,7 @@ pub struct Solved {
 }
 
 /// Sees each iteration; false stops the method.
-pub type Watch = Box<dyn FnMut(&Iterate) -> bool>;
+pub type MethodWatch = Box<dyn FnMut(&Iterate) -> bool>;
 
 /// Wrong inputs of a method.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -210,8 +210,8 @@ pub trait NlpSolver {
     fn solve(
         &mut self,
         program: &SharedProgram,
-        start: &Start,
-        watch: Watch,
+        start: &MethodStart,
+        watch: MethodWatch,
     ) -> Result<Solved, SolverError>;
 }
 
@@ -219,7 +219,7 @@ pub trait NlpSolver {
 ///
 /// # Errors
 /// [`SolverError::Shape`], [`SolverError::NotFinite`].
-pub fn check_start(program: &dyn Program, start: &Start) -> Result<(), SolverError> {
+pub fn check_start(program: &dyn Program, start: &MethodStart) -> Result<(), SolverError> {
     let (found, wanted) = (start.x.len(), program.variables());
     if found != wanted {
         return Err(SolverError::Shape { found, wanted });

@@ -2,7 +2,7 @@
 
 /// What a number reads of a node beside configuration and velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reads {
+pub struct NodeReads {
     /// `λ`.
     pub forces: bool,
     /// `a`.
@@ -11,7 +11,7 @@ pub struct Reads {
     pub internal: bool,
 }
 
-impl Reads {
+impl NodeReads {
     /// What either reads.
     #[must_use]
     pub fn or(self, other: Self) -> Self {

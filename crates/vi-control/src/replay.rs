@@ -4,7 +4,7 @@
 //! neighbouring motions part fast, as at an unstable equilibrium, rounding alone drives both apart:
 //! then each step is taken from the node of the optimum.
 
-use crate::transcription::Motion;
+use crate::transcription::SolvedMotion;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::interval::Interval;
@@ -43,7 +43,11 @@ impl Replay {
 
     /// Runs from the start with the controls of an optimum, `efforts` in their order; `run` is at
     /// the start, with the step of the motion. The efforts are zero then.
-    pub fn of<S, C>(run: &mut Integrator<S, C>, efforts: &[HeldEffort], motion: &Motion) -> Self
+    pub fn of<S, C>(
+        run: &mut Integrator<S, C>,
+        efforts: &[HeldEffort],
+        motion: &SolvedMotion,
+    ) -> Self
     where
         S: DiscreteLagrangian + 'static,
         C: Constraints + 'static,
@@ -84,7 +88,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 fn end_momentum(
     system: &impl DiscreteLagrangian,
     start: &State,
-    motion: &Motion,
+    motion: &SolvedMotion,
     n: usize,
 ) -> Vec<f64> {
     let (t, h, mut p) = (start.t, motion.step, vec![0.0; start.p.len()]);
@@ -116,7 +120,7 @@ fn by_steps<S, C>(
     run: &mut Integrator<S, C>,
     start: &State,
     efforts: &[HeldEffort],
-    motion: &Motion,
+    motion: &SolvedMotion,
 ) -> f64
 where
     S: DiscreteLagrangian + 'static,

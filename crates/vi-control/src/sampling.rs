@@ -8,9 +8,9 @@
 //! `y⁺`, `y⁻`: costates of the internal variables after and before. A node is sampled after the
 //! step that ends there, and a step starts with what is held then.
 
-use crate::node::{Node, NodeQuantity, Slopes};
+use crate::node::{Node, NodeQuantity, NodeSlopes};
 use crate::objective::{ByKnown, Known};
-use crate::terminal_rate::{NodeReader, NodeSources, RateError};
+use crate::terminal_rate::{NodeReader, NodeSources, TerminalRateError};
 use vi_constraints::linearization::{Costate, Tangent};
 use vi_core::State;
 use vi_core::signals::Signals as _;
@@ -44,7 +44,7 @@ impl NodeQuantity for Weighted<'_> {
     fn value(&self, node: Node<'_>) -> f64 {
         self.parts().map(|(input, weight)| weight * input.value(node)).sum()
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: NodeSlopes<'_>) {
         self.parts()
             .for_each(|(input, weight)| input.add_slopes(node, scale * weight, out.again()));
     }
@@ -58,13 +58,14 @@ impl Sampling {
     /// mechanism change so with parameters.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn new(
-        (signals, first): (SignalStates, usize),
+        signals: SignalStates,
+        first: usize,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         let reader = NodeReader::new(run, tangents, sources)?;
         let own = |(k, own): (usize, &MechanismTangent)| Some((k, own.signals.clone()?));
         let tangents = tangents.iter().enumerate().filter_map(own).collect();
@@ -93,7 +94,7 @@ impl Sampling {
         let held = &before.internal[self.first..self.first + self.signals.count()];
         let by = |place: usize, held: &[f64]| {
             let own = self.tangents.iter();
-            own.filter_map(|(k, own)| own.of_sample(*k, at, (place, held))).collect()
+            own.filter_map(|(k, own)| own.of_sample(*k, at, place, held)).collect()
         };
         Some(self.signals.sample_changes(number, at, held, &by))
     }

@@ -17,7 +17,7 @@
 use crate::backward::acceleration;
 use crate::controls::Controls;
 use crate::gradient::{GradientError, check, check_by_step, check_sampling, step_sources};
-use crate::objective::{ByKnown, Known, Objective, Place, Seen, StepGradient, Which};
+use crate::objective::{ByKnown, Known, NodePlace, NotedNode, Objective, StepGradient, Which};
 use vi_constraints::costate_sweep::Linearization;
 use vi_constraints::design::Design;
 use vi_constraints::discretization::Step;
@@ -54,14 +54,14 @@ impl Direction {
 
 /// The largest growth of a tangent.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Growth {
+pub struct DerivativeGrowth {
     /// `max_n |δq_n|/|δq_0|`.
     pub largest: f64,
     /// The time of the first node beyond [`MEANINGLESS`], s.
     pub meaningless_from: Option<f64>,
 }
 
-impl Growth {
+impl DerivativeGrowth {
     /// Of what stays as it is.
     pub const NONE: Self = Self { largest: 1.0, meaningless_from: None };
 }
@@ -72,7 +72,7 @@ pub struct Sensitivities {
     directions: Vec<Direction>,
     tangents: Vec<Tangent>,
     rates: Vec<f64>, // of the cost
-    growth: Vec<Growth>,
+    growth: Vec<DerivativeGrowth>,
     sizes: Vec<f64>, // |δq_0|
     linearization: Linearization,
     sources: Sources,
@@ -168,10 +168,10 @@ impl Sensitivities {
         Ok(Self {
             tangents: directions.iter().map(|own| own.start.clone()).collect(),
             rates: vec![0.0; directions.len()],
-            growth: vec![Growth::NONE; directions.len()],
+            growth: vec![DerivativeGrowth::NONE; directions.len()],
             sizes: directions.iter().map(|own| norm(&own.start.q)).collect(),
             directions,
-            linearization: Linearization::new(run.method(), (n, m), run.rows()),
+            linearization: Linearization::new(run.method(), n, m, run.rows()),
             sources: Sources::zero(n, m),
             of_step: StepGradient::zero(n, controls.unwrap_or(0)),
             state_rates: vec![0.0; state.internal.len()],
@@ -283,7 +283,7 @@ impl Sensitivities {
         let is_first = self.step == 0;
         beside.controls.set(self.step);
         let weight = if is_first || is_last { 0.5 * self.length } else { self.length };
-        let at = Place { weight, is_last };
+        let at = NodePlace { weight, is_last };
         let which = if is_first { Which::All } else { Which::OfAccelerations };
         if is_first || is_last {
             let tangents = self.tangents.clone();
@@ -310,7 +310,7 @@ impl Sensitivities {
         &mut self,
         (node, tangents): (&State, &[Tangent]),
         Beside { controls, objective, .. }: Beside<'_>,
-        place: (Place, Which),
+        (at, which): (NodePlace, Which),
         (forces, a): (Option<&NodeForces>, Option<&Increment>),
     ) -> Vec<f64> {
         let mut by = Costate::zero(node.q.len(), node.internal.len());
@@ -320,7 +320,7 @@ impl Sensitivities {
             Known { lambda: forces.map(|own| &own.lambda[..]), a: a.map(|own| &own.dq[..]) };
         let by_known = ByKnown { lambda: &mut of_lambda, a: &mut by_a, force: &mut by_force };
         let (slopes, parameters) = ((&mut by, by_known), &mut self.of_parameters);
-        let [_, along] = objective.steps().add_of((node, known), place, slopes, parameters);
+        let [_, along] = objective.steps().add_of((node, known), (at, which), slopes, parameters);
         let by_controls = self.by_controls(node, controls, &by_force);
         for (k, (rate, own)) in self.rates.iter_mut().zip(tangents).enumerate() {
             *rate += by.along(own) + by_controls[k];
@@ -353,7 +353,7 @@ impl Sensitivities {
         let sampling = beside.controls.sampling().filter(|own| any && own.is_due(number));
         let sampling = sampling.map(|own| (own, run.state().clone()));
         if step == 0 {
-            beside.objective.follow(run.state(), Seen::First);
+            beside.objective.follow(run.state(), NotedNode::First);
         }
         self.add_node(run.state(), beside);
         self.add_forces(run, beside, false)?;
@@ -384,14 +384,14 @@ impl Sensitivities {
             let next = Increment::between(dq, &kept, &self.tangents);
             if let Some(node) = node {
                 let a = self.before.acceleration(&next, self.length);
-                let at = Place { weight: self.length, is_last: false };
+                let at = NodePlace { weight: self.length, is_last: false };
                 let (place, known) = ((at, Which::OfAccelerations), (None, Some(&a)));
                 self.add_of_steps((&node, &kept), beside, place, known);
             }
             self.before = next;
         }
         self.step += 1;
-        beside.objective.follow(run.state(), Seen::Next);
+        beside.objective.follow(run.state(), NotedNode::Next);
         let t = run.state().t;
         self.add_node(run.state(), beside);
         for (k, growth) in self.growth.iter_mut().enumerate().filter(|(k, _)| self.sizes[*k] > 0.0)
@@ -529,7 +529,7 @@ impl Sensitivities {
 
     /// How much each tangent has grown.
     #[must_use]
-    pub fn growth(&self) -> &[Growth] {
+    pub fn growth(&self) -> &[DerivativeGrowth] {
         &self.growth
     }
 

@@ -4,7 +4,7 @@ use vi_core::interval::Interval;
 
 /// A (sub-)step with the momentum where it starts.
 #[derive(Debug)]
-struct Recorded {
+struct TapeStep {
     step: usize,       // macro step
     shape: [usize; 4], // n, s, angles, internal variables
     times: [f64; 3],   // t_n, h, t_{n+1}
@@ -23,7 +23,7 @@ pub(crate) struct Taken<'a> {
 /// begins is kept once.
 #[derive(Debug, Default)]
 pub(crate) struct Tape {
-    steps: Vec<Recorded>,
+    steps: Vec<TapeStep>,
     numbers: Vec<f64>,
     points: Vec<Interval>,
     none: Vec<f64>, // n
@@ -54,7 +54,7 @@ impl Tape {
             self.numbers.extend_from_slice(&s.q0);
             end
         });
-        self.steps.push(Recorded {
+        self.steps.push(TapeStep {
             step,
             shape: [s.dim(), points.len(), s.angles.len(), s.internal.len()],
             times: [s.t, s.h, s.t_end()],
@@ -69,7 +69,7 @@ impl Tape {
     /// What a recorded sub-step of `n` coordinates with so many control points after `q_n` takes,
     /// bytes.
     pub(crate) fn size(n: usize, stages: usize, angles: usize, internal: usize) -> usize {
-        size_of::<Recorded>() + size_of::<f64>() * ((2 + stages) * n + angles + internal)
+        size_of::<TapeStep>() + size_of::<f64>() * ((2 + stages) * n + angles + internal)
     }
 
     /// How many steps are recorded.
@@ -84,7 +84,7 @@ impl Tape {
 
     /// `Δq` of a recorded step, by its place.
     pub(crate) fn increments(&self, k: usize) -> &[f64] {
-        let Recorded { shape: [n, count, ..], first, .. } = self.steps[k];
+        let TapeStep { shape: [n, count, ..], first, .. } = self.steps[k];
         let first = first + (1 + count) * n;
         &self.numbers[first..first + n]
     }
@@ -92,7 +92,7 @@ impl Tape {
     /// A recorded step, by its place.
     pub(crate) fn at(&mut self, k: usize) -> Taken<'_> {
         let Self { steps, numbers, points, none } = self;
-        let Recorded { step, shape, times: [t, h, t_end], first } = steps[k];
+        let TapeStep { step, shape, times: [t, h, t_end], first } = steps[k];
         let [n, count, angles, internal] = shape;
         if points.len() != count || none.len() != n {
             (*points, *none) = (vec![Interval::new(n); count], vec![0.0; n]);

@@ -9,9 +9,9 @@
 //! multipliers are those of the step from the node, `hλ`, which are unknowns of it, and
 //! accelerations those of the steps on both sides ([`StepTerm`]).
 
-use crate::node::{Node, Reads, Slopes};
+use crate::node::{Node, NodeReads, NodeSlopes};
 pub use crate::node::{NodeQuantity, RateOf};
-use crate::objective::{ByKnown, Judged, Known, Seen, StepTerm, Term};
+use crate::objective::{ByKnown, CostTerm, Known, NotedNode, NumberCost, StepTerm};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_constraints::design::Design;
@@ -22,14 +22,14 @@ use vi_core::linear::{Singular, dot};
 use vi_core::sparse::{Block, Product};
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem, SparseMatrix, State};
 use vi_multibody::design::acceleration::NodeAcceleration;
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::design::{DesignError, MechanismTangent};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 
 /// What the acceleration level of a run follows from.
 #[derive(Clone)]
-pub struct Level {
+pub struct AccelerationLevel {
     /// The system of the run.
     pub system: Arc<SeparableSystem>,
     /// How its forces change with parameters, where there are any.
@@ -38,7 +38,7 @@ pub struct Level {
     pub rests: bool,
 }
 
-impl std::fmt::Debug for Level {
+impl std::fmt::Debug for AccelerationLevel {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Level").finish_non_exhaustive()
     }
@@ -47,7 +47,7 @@ impl std::fmt::Debug for Level {
 /// Why a number of a node has no derivative.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-pub enum RateError {
+pub enum TerminalRateError {
     /// The momentum of a node is not `M v` alone.
     #[error("velocities have no second derivatives where steps add to the masses")]
     AddedMass,
@@ -94,7 +94,7 @@ impl Mass {
 #[derive(Clone, Debug, Default)]
 pub struct NodeSources {
     /// The acceleration level, where numbers read multipliers or accelerations.
-    pub level: Option<Level>,
+    pub level: Option<AccelerationLevel>,
     /// The system of the run, where numbers read velocities and steps add to the masses.
     pub masses: Option<AddedMasses>,
 }
@@ -119,8 +119,8 @@ impl std::fmt::Debug for AddedMasses {
 pub struct NodeReader {
     mechanism: Mechanism,
     mass: Mass,
-    velocity: Option<Mutex<NodeVelocity>>,
-    level: Option<(Level, Mutex<NodeAcceleration>)>,
+    velocity: Option<Mutex<DifferentiatedVelocity>>,
+    level: Option<(AccelerationLevel, Mutex<NodeAcceleration>)>,
     n: usize,
     m: usize,
 }
@@ -129,18 +129,18 @@ impl NodeReader {
     /// In a run, where the numbers of its mechanism change so with parameters.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn new(
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         NodeSources { level, masses }: NodeSources,
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         let adds = run.system().adds_mass() && !run.reads_states();
         let mass = match masses.filter(|_| adds) {
             Some(AddedMasses { system, step }) => Mass::OfStep(system, step),
             None => Mass::Constant(run.system().mass().clone()),
         };
-        Self::with_mass((run.constraints(), mass), (run.rows(), run.state()), tangents, level)
+        Self::with_mass(run.constraints(), mass, run.rows(), run.state(), tangents, level)
     }
 
     /// Of numbers that read no velocities.
@@ -155,26 +155,29 @@ impl NodeReader {
     /// Of a mechanism with its independent rows, at a node, with second derivatives.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn at(
         mechanism: &Mechanism,
         system: &SeparableSystem,
-        node: (&IndependentRows, &State),
-    ) -> Result<Self, RateError> {
+        rows: &IndependentRows,
+        state: &State,
+    ) -> Result<Self, TerminalRateError> {
         if system.adds_mass() {
-            return Err(RateError::AddedMass);
+            return Err(TerminalRateError::AddedMass);
         }
-        Self::with_mass((mechanism, Mass::Constant(system.mass().clone())), node, &[], None)
+        Self::with_mass(mechanism, Mass::Constant(system.mass().clone()), rows, state, &[], None)
     }
 
     fn with_mass(
-        (mechanism, mass): (&Mechanism, Mass),
-        (rows, state): (&IndependentRows, &State),
+        mechanism: &Mechanism,
+        mass: Mass,
+        rows: &IndependentRows,
+        state: &State,
         tangents: &[MechanismTangent],
-        level: Option<Level>,
-    ) -> Result<Self, RateError> {
+        level: Option<AccelerationLevel>,
+    ) -> Result<Self, TerminalRateError> {
         let mechanism = mechanism.clone();
-        let mut velocity = NodeVelocity::new(&mechanism, rows, tangents)?;
+        let mut velocity = DifferentiatedVelocity::new(&mechanism, rows, tangents)?;
         velocity.find(&mechanism, mass.at_node(), state)?;
         let level = level.map(|level| {
             let mut own = match level.rests {
@@ -182,7 +185,7 @@ impl NodeReader {
                 false => NodeAcceleration::new(&mechanism, rows, tangents)?,
             };
             own.find(&mechanism, &*level.system, state)?;
-            Ok::<_, RateError>((level, Mutex::new(own)))
+            Ok::<_, TerminalRateError>((level, Mutex::new(own)))
         });
         let (n, m) = (state.q.len(), vi_constraints::Constraints::len(&mechanism));
         let (velocity, level) = (Some(Mutex::new(velocity)), level.transpose()?);
@@ -193,7 +196,8 @@ impl NodeReader {
     fn with<T>(
         &self,
         y: &dyn NodeQuantity,
-        (state, known): (&State, Known<'_>),
+        state: &State,
+        known: Known<'_>,
         then: impl FnOnce(Node<'_>) -> T,
     ) -> Option<T> {
         let at = state.configuration();
@@ -248,7 +252,7 @@ impl NodeReader {
         &self,
         y: &dyn NodeQuantity,
         Known { lambda, a }: Known<'_>,
-    ) -> Option<&(Level, Mutex<NodeAcceleration>)> {
+    ) -> Option<&(AccelerationLevel, Mutex<NodeAcceleration>)> {
         let reads = y.reads();
         let is_known = (lambda.is_some() || !reads.forces) && (a.is_some() || !reads.accelerations);
         self.level.as_ref().filter(|_| !is_known)
@@ -269,7 +273,7 @@ impl NodeReader {
     /// The number at a node. Not a number where the node is not determined.
     #[must_use]
     pub fn value(&self, y: &dyn NodeQuantity, state: &State, known: Known<'_>) -> f64 {
-        self.with(y, (state, known), |node| y.value(node)).unwrap_or(f64::NAN)
+        self.with(y, state, known, |node| y.value(node)).unwrap_or(f64::NAN)
     }
 
     /// The derivatives of a number of a node that follows from its state, by `q` and by `p̄`, and
@@ -321,10 +325,10 @@ impl NodeReader {
         let [mut of_v, mut of_a] = [(); 2].map(|()| vec![0.0; *n]);
         let mut of_level = vec![0.0; *m];
         let ByKnown { lambda: by_lambda, a: by_a, force } = by_known;
-        let own = self.with(y, (state, known), |node| {
+        let own = self.with(y, state, known, |node| {
             let lambda = if known.lambda.is_some() { by_lambda } else { &mut of_level[..] };
             let a = if known.a.is_some() { by_a } else { &mut of_a[..] };
-            let out = Slopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
+            let out = NodeSlopes { q: &mut *q, v: &mut of_v, lambda, a, z: &mut *z };
             let value = y.value(node);
             let scale = weigh(value);
             y.add_slopes(node, scale, out);
@@ -371,7 +375,7 @@ type OfState<'a> = (&'a mut [f64], &'a mut [f64], &'a mut [f64]);
 /// The same of the derivatives by `v̂`, `a` and `λ` of the acceleration level; also by forces on
 /// the coordinates, shape `n` or empty.
 fn pull_level(
-    (mechanism, (level, own)): (&Mechanism, &(Level, Mutex<NodeAcceleration>)),
+    (mechanism, (level, own)): (&Mechanism, &(AccelerationLevel, Mutex<NodeAcceleration>)),
     at: Configuration<'_>,
     slopes: [&[f64]; 3],
     ((q, p, z), by_force): (OfState<'_>, &mut [f64]),
@@ -395,7 +399,7 @@ fn pull_level(
 #[derive(Debug)]
 pub struct TerminalRate<Q> {
     quantity: Q,
-    judged: Judged,
+    judged: NumberCost,
     reader: NodeReader,
 }
 
@@ -404,28 +408,30 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// change so with parameters.
     ///
     /// # Errors
-    /// [`RateError`].
+    /// [`TerminalRateError`].
     pub fn new(
-        number: (Q, Judged),
+        quantity: Q,
+        cost: NumberCost,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
-    ) -> Result<Self, RateError> {
-        Self::with(number, run, tangents, NodeSources::default())
+    ) -> Result<Self, TerminalRateError> {
+        Self::with(quantity, cost, run, tangents, NodeSources::default())
     }
 
     /// The same of what follows from more than that.
     ///
     /// # Errors
-    /// [`RateError`], also of a velocity where steps add to the masses and the system is not there.
+    /// [`TerminalRateError`], also of a velocity where steps add to the masses and the system is not there.
     pub fn with(
-        (quantity, judged): (Q, Judged),
+        quantity: Q,
+        judged: NumberCost,
         run: &MechanismIntegrator,
         tangents: &[MechanismTangent],
         sources: NodeSources,
-    ) -> Result<Self, RateError> {
+    ) -> Result<Self, TerminalRateError> {
         let reads_velocity = quantity.reads_velocity();
         if reads_velocity && sources.masses.is_none() && run.system().adds_mass() {
-            return Err(RateError::UnknownMass);
+            return Err(TerminalRateError::UnknownMass);
         }
         let reader = match sources.level {
             None if !reads_velocity => NodeReader::standing(run),
@@ -435,7 +441,7 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     }
 }
 
-impl<Q: NodeQuantity> Term for TerminalRate<Q> {
+impl<Q: NodeQuantity> CostTerm for TerminalRate<Q> {
     fn of_end(&self, end: &State) -> f64 {
         self.of_node(end, Known::STATE)
     }
@@ -457,7 +463,7 @@ impl<Q: NodeQuantity> Term for TerminalRate<Q> {
         let mut by = Costate::zero(self.reader.n, end.internal.len());
         self.add_of_node((end, Known::STATE), scale, (&mut by, ByKnown::default()), out);
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.quantity.follow(node, seen);
     }
 }
@@ -468,16 +474,21 @@ impl<Q: NodeQuantity> StepTerm for TerminalRate<Q> {
     }
     fn add_of_node(
         &self,
-        node: (&State, Known<'_>),
+        (state, known): (&State, Known<'_>),
         scale: f64,
-        slopes: (&mut Costate, ByKnown<'_>),
+        (of_state, of_known): (&mut Costate, ByKnown<'_>),
         parameters: &mut [f64],
     ) -> f64 {
         let weigh = |y: f64| scale * self.judged.slope(y);
-        let y = self.reader.add_slopes((&self.quantity, &weigh), node, slopes, parameters);
+        let y = self.reader.add_slopes(
+            (&self.quantity, &weigh),
+            (state, known),
+            (of_state, of_known),
+            parameters,
+        );
         self.judged.cost(y)
     }
-    fn reads(&self) -> Reads {
+    fn reads(&self) -> NodeReads {
         self.quantity.reads()
     }
 }

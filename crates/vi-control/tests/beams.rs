@@ -1,12 +1,12 @@
 //! Gradients of beams: material damping, and dissipative strains that remember.
 
 use nalgebra::Vector3;
-use vi_beam::mesh::{FrameRule, Mesh};
+use vi_beam::mesh::{BeamMesh, FrameRule};
 use vi_beam::model::{BeamModel, StrainRule};
 use vi_beam::section::Section;
 use vi_constraints::linearization::Tangent;
 use vi_constraints::{InitialValues, Options, SchemeKind};
-use vi_control::objective::{Judged, PointComponent, Running, Terminal};
+use vi_control::objective::{NumberCost, PointComponent, Running, Terminal};
 use vi_control::sensitivities::Beside;
 use vi_control::{Checkpoints, Controls, Direction, Gradient, Objective, Sensitivities, Task};
 use vi_core::MechanicalSystem;
@@ -27,7 +27,7 @@ fn beam(
     let section = Section::new([500.0, 500.0, 2e3, 0.5, 0.7, 0.4], [1.0, 1.5e-3, 1e-3, 0.0]);
     let section = section.unwrap().with_damping([0.002; 6]).unwrap();
     let across = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 4, across).unwrap();
+    let mesh = BeamMesh::straight(Vector3::zeros(), Vector3::x(), 4, across).unwrap();
     let mut model = BeamModel::new(Vector3::new(0.0, 0.0, -9.81));
     model.add_beam("beam", &mesh, section).unwrap();
     model.clamp(0);
@@ -43,8 +43,8 @@ fn beam(
     let tip = q.len() - 12;
     let height = || PointComponent { point: Form::particle(tip, 3), axis: 2 };
     let objective = Objective::new()
-        .with(10.0, Terminal { quantity: height(), judged: Judged::Deviation(-0.2) })
-        .with(5.0, Running { quantity: height(), judged: Judged::Deviation(0.1) });
+        .with(10.0, Terminal { quantity: height(), judged: NumberCost::Deviation(-0.2) })
+        .with(5.0, Running { quantity: height(), judged: NumberCost::Deviation(0.1) });
     (integrator(mechanism, system, options, Solver::Auto, at).unwrap(), objective)
 }
 

@@ -3,7 +3,7 @@
 
 use crate::runs::{Subject, conservative, four_bar, pendulum, remembering, run, spatial};
 use nalgebra::{DMatrix, DVector, Vector3};
-use vi_constraints::costate_sweep::{CostateSweep, Linearization, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, Linearization};
 use vi_constraints::linearization::{Costate, Sources, Tangent};
 use vi_constraints::{Constraints, Options, SchemeKind};
 use vi_core::galerkin::Stages;
@@ -113,7 +113,7 @@ fn back(
     sweep: &mut Sweep,
     (steps, nodes): (&[Vec<Interval>], &[Vec<f64>]),
     mut costate: Costate,
-    along: Tangents,
+    along: CostateTangents,
 ) -> Found {
     let (system, mechanism) = (run.system(), run.constraints());
     let mut momenta = nodes.to_vec();
@@ -140,7 +140,7 @@ fn back(
             }
         });
     }
-    if along == Tangents::OfBodies {
+    if along == CostateTangents::OfBodies {
         return Found { a: costate.q, b: costate.p, mu, rows };
     }
     let start = steps[0].last().unwrap();
@@ -164,9 +164,10 @@ fn apart(x: &[f64], y: &[f64]) -> f64 {
 /// many multipliers.
 fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
     let (n, m) = (run.state().q.len(), run.constraints().len());
-    let mut sweeps = vec![(Tangents::OfMechanism, run.costate_sweep(Tangents::OfMechanism)?)];
+    let mut sweeps =
+        vec![(CostateTangents::OfMechanism, run.costate_sweep(CostateTangents::OfMechanism)?)];
     if run.rows().len() == m {
-        let along = Tangents::OfBodies;
+        let along = CostateTangents::OfBodies;
         sweeps.extend(run.costate_sweep(along).map(|sweep| (along, sweep)));
     }
     let (mut nodes, mut taken) = (vec![run.state().p.clone()], Vec::<Vec<Interval>>::new());
@@ -178,13 +179,13 @@ fn difference(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) 
     let end = Costate { q: random(), p: random(), z: Vec::new() };
     let mut worst = 0.0_f64;
     for (along, mut sweep) in sweeps {
-        let mut general = Linearization::new(run.method(), (n, m), run.rows());
+        let mut general = Linearization::new(run.method(), n, m, run.rows());
         let ours = back(run, &mut *sweep, (&taken, &nodes), end.clone(), along);
         let other = back(run, &mut general, (&taken, &nodes), end.clone(), along);
         let off = [(&ours.a, &other.a), (&ours.b, &other.b)].map(|(x, y)| apart(x, y));
         worst = worst.max(off[0]).max(off[1]);
         worst = worst.max(apart(&ours.mu.concat(), &other.mu.concat()));
-        if along == Tangents::OfBodies {
+        if along == CostateTangents::OfBodies {
             for i in 0..2 {
                 let of = |found: &Found| -> Vec<f64> {
                     found.rows.iter().flat_map(|own| own[i].clone()).collect()
@@ -242,8 +243,8 @@ fn of_random_trees_by_galerkin_steps() {
 /// none.
 fn defect(run: &mut MechanismIntegrator, sample: &mut Sample, steps: usize) -> Option<f64> {
     let (n, m) = (run.state().q.len(), run.constraints().len());
-    let mut sweep = run.costate_sweep(Tangents::OfMechanism)?;
-    let mut general = Linearization::new(run.method(), (n, m), run.rows());
+    let mut sweep = run.costate_sweep(CostateTangents::OfMechanism)?;
+    let mut general = Linearization::new(run.method(), n, m, run.rows());
     let mut random = || (0..n).map(|_| sample.number()).collect::<Vec<f64>>();
     let (mut worst, mut tangent) = (0.0_f64, Tangent::zero(n, 0)); // which stays one
     for _ in 0..steps {
@@ -369,6 +370,6 @@ fn of_chosen_mechanisms_and_compositions() {
     let others: [fn() -> Subject; 2] = [spatial, remembering];
     for subject in others {
         let (run, ..) = run(subject(), SchemeKind::Nodal, Composition::Identity, 1);
-        assert!(run.costate_sweep(Tangents::OfMechanism).is_none());
+        assert!(run.costate_sweep(CostateTangents::OfMechanism).is_none());
     }
 }

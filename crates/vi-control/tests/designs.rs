@@ -1,7 +1,9 @@
 //! Squares and values under conditions: minima by hand, with their prices.
 
 use nalgebra::DMatrix;
-use vi_control::constrained_least_squares::{Conditions, Design, DesignOutcome, minimise};
+use vi_control::constrained_least_squares::{
+    Conditions, ConstrainedOptimum, DesignOutcome, minimise,
+};
 use vi_control::least_squares::{Parameter, Refused, Residuals};
 
 type Row = (fn(&[f64]) -> f64, fn(&[f64]) -> Vec<f64>);
@@ -36,11 +38,16 @@ fn parameters(starts: &[f64], bounds: [f64; 2]) -> Vec<Parameter> {
     starts.iter().enumerate().map(own).collect()
 }
 
-fn solve(rows: Vec<Row>, bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
+fn solve(rows: Vec<Row>, bounds: Vec<[f64; 2]>, own: &[Parameter]) -> ConstrainedOptimum {
     with_values(rows, &[], bounds, own)
 }
 
-fn with_values(rows: Vec<Row>, values: &[f64], bounds: Vec<[f64; 2]>, own: &[Parameter]) -> Design {
+fn with_values(
+    rows: Vec<Row>,
+    values: &[f64],
+    bounds: Vec<[f64; 2]>,
+    own: &[Parameter],
+) -> ConstrainedOptimum {
     let conditions = Conditions { values: values.to_vec(), bounds, paths: Vec::new() };
     minimise(&mut Rows(rows), &conditions, own, 300, &mut |_| true).unwrap()
 }
@@ -199,7 +206,7 @@ fn values_stand_beside_squares_and_conditions() {
 fn what_no_step_decreases_is_no_minimum() {
     const WRONG: Row = (|p| 1.0 + p[0] * p[0], |p| vec![0.3 + 2.0 * p[0], 0.0]);
     let own = parameters(&[0.0, 0.8], WIDE);
-    let stuck = |words: &str, found: Design| {
+    let stuck = |words: &str, found: ConstrainedOptimum| {
         println!("{words}: {found:?}");
         assert_ne!(found.outcome, DesignOutcome::Optimal, "{words}");
     };

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use vi_constraints::costate_sweep::{CostateSweep, Linearization};
 use vi_constraints::linearization::{Costate, Sources, Tangent};
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_control::objective::{Judged, PointComponent, Terminal};
+use vi_control::objective::{NumberCost, PointComponent, Terminal};
 use vi_control::sensitivities::Beside;
 use vi_control::{
     Checkpoints, ControlForce, Controls, Direction, Gradient, JointControl, Objective,
@@ -46,7 +46,7 @@ fn a_step_backward_is_the_transposed_of_one_forward() {
             let (mut run, controls, _) = run_with(subject, options(SchemeKind::Nodal, s, 0.02), 5);
             let (n, m) = (run.state().q.len(), run.constraints().len());
             let internal = run.state().internal.len();
-            let mut step = Linearization::new(run.method(), (n, m), run.rows());
+            let mut step = Linearization::new(run.method(), n, m, run.rows());
             let mut worst: f64 = 0.0;
             for k in 0..5 {
                 controls.set(k);
@@ -230,7 +230,7 @@ fn smooth(mut subject: Subject, s: usize, steps: usize) -> Vec<f64> {
     let point = Form::point(last, &Vector3::new(0.3, 0.1, -0.2));
     let quantity = PointComponent { point, axis: 2 };
     let objective =
-        Objective::new().with(1.0, Terminal { quantity, judged: Judged::Deviation(0.4) });
+        Objective::new().with(1.0, Terminal { quantity, judged: NumberCost::Deviation(0.4) });
     let h = 0.8 / steps as f64;
     let mut run = subject.built.integrator(options(SchemeKind::Nodal, s, h)).unwrap();
     let task = Task { steps, ..task(&objective, &controls) };

@@ -4,7 +4,7 @@ use crate::runs::{Subject, conservative, four_bar, remembering, spatial};
 use vi_constraints::linearization::Tangent;
 use vi_constraints::{Options, SchemeKind};
 use vi_control::growth::Neighbour;
-use vi_control::sensitivities::{Beside, Growth, MEANINGLESS};
+use vi_control::sensitivities::{Beside, DerivativeGrowth, MEANINGLESS};
 use vi_control::{Controls, Direction, Objective, Sensitivities};
 use vi_core::galerkin::Stages;
 use vi_core::linear::dot;
@@ -28,7 +28,7 @@ fn swinging() -> Subject {
 }
 
 /// By both, of a run of so many steps without controls.
-fn grown(subject: fn() -> Subject, options: Options, steps: usize) -> [Growth; 2] {
+fn grown(subject: fn() -> Subject, options: Options, steps: usize) -> [DerivativeGrowth; 2] {
     let [mut run, other] = [0, 1].map(|_| subject().built.integrator(options).unwrap());
     let (controls, objective) = (Controls::default(), Objective::new());
     let mut neighbour = Neighbour::new(other, run.state(), H);

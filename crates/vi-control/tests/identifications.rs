@@ -4,7 +4,7 @@ use crate::control_case::{Case, list, number, numbers};
 use crate::fits::normal;
 use crate::identification_case::Unknown;
 use nalgebra::DMatrix;
-use vi_control::identification::{MotionResiduals, Reading, Series, SeriesError};
+use vi_control::identification::{MeasuredReading, MeasuredSeries, MotionResiduals, SeriesError};
 use vi_control::least_squares::{FitError, FitOutcome, LeastSquares, Residuals};
 
 fn unknown(name: &str) -> Unknown {
@@ -86,8 +86,12 @@ fn a_combination_that_is_not_seen_is_named() {
 /// rates, at nodes and between them.
 #[test]
 fn derivatives_of_residuals_are_those_of_the_motion() {
-    let readings = [(Reading::Value, 0.0), (Reading::Value, 0.3), (Reading::Rate, 0.0)];
-    let readings = readings.into_iter().chain([(Reading::Rate, 0.8)]);
+    let readings = [
+        (MeasuredReading::Value, 0.0),
+        (MeasuredReading::Value, 0.3),
+        (MeasuredReading::Rate, 0.0),
+    ];
+    let readings = readings.into_iter().chain([(MeasuredReading::Rate, 0.8)]);
     let names = ["id01_pendulum", "id02_four_bar", "id04_not_identifiable"];
     for (name, (reading, later)) in names.iter().flat_map(|n| readings.clone().map(move |r| (n, r)))
     {
@@ -185,7 +189,7 @@ fn intervals_of_a_mechanism_cover_in_a_thousand_sets() {
 
 #[test]
 fn bad_series_are_refused() {
-    let refused = |change: &dyn Fn(&mut Series)| {
+    let refused = |change: &dyn Fn(&mut MeasuredSeries)| {
         let case = unknown("id01_pendulum");
         let mut series = case.series();
         change(&mut series[0]);
@@ -208,7 +212,7 @@ fn bad_series_are_refused() {
 /// of third order and better, at nodes the values themselves.
 #[test]
 fn values_between_nodes_and_rates_are_those_of_the_motion() {
-    let read = |refined: usize, reading: Reading, later: f64| {
+    let read = |refined: usize, reading: MeasuredReading, later: f64| {
         let mut value = Case::text("id01_pendulum");
         let (h, steps) = (number(&value["h"]), value["steps"].as_u64().unwrap());
         let controls = list(&value, "controls").to_vec();
@@ -233,7 +237,7 @@ fn values_between_nodes_and_rates_are_those_of_the_motion() {
         out
     };
     // what is between nodes is no further from the motion than nodes are
-    for reading in [Reading::Value, Reading::Rate] {
+    for reading in [MeasuredReading::Value, MeasuredReading::Rate] {
         let fine = |later| read(32, reading, later);
         let off = |refined: usize, later: f64| {
             let own = read(refined, reading, later);

@@ -3,11 +3,11 @@
 use crate::costates::random_built;
 use crate::runs::four_bar;
 use nalgebra::Vector3;
-use vi_constraints::costate_sweep::Tangents;
+use vi_constraints::costate_sweep::CostateTangents;
 use vi_constraints::design::{Costates, Design, Place};
 use vi_constraints::linearization::Costate;
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_control::objective::{Judged, Last, PointComponent, Running, Term};
+use vi_control::objective::{CostTerm, Last, NumberCost, PointComponent, Running};
 use vi_control::{Checkpoints, Controls, Gradient, Objective, Task};
 use vi_core::galerkin::Stages;
 use vi_core::linear::{dot, norm_inf};
@@ -84,7 +84,7 @@ fn tangents(mechanism: &Mechanism, sample: &mut Sample) -> Vec<MechanismTangent>
 /// `c·p̄_N`, which holds the efforts of the last step.
 struct LastMomentum(Vec<f64>);
 
-impl Term for LastMomentum {
+impl CostTerm for LastMomentum {
     fn of_end(&self, end: &State) -> f64 {
         dot(&self.0, &end.p)
     }
@@ -96,7 +96,7 @@ impl Term for LastMomentum {
 /// Positions, and of steps of order 2 the momentum of the end.
 fn objective(n: usize, options: &Options, sample: &mut Sample) -> Objective {
     let point = |axis| PointComponent { point: Form::particle(n - 12, 3), axis };
-    let running = Running { quantity: point(0), judged: Judged::Deviation(0.3) };
+    let running = Running { quantity: point(0), judged: NumberCost::Deviation(0.3) };
     let objective = Objective::new().with(1.0, Last(point(2))).with(2.0, running);
     match options.method.stages() {
         None => objective.with(1.0, LastMomentum((0..n).map(|_| sample.number()).collect())),
@@ -121,7 +121,7 @@ fn difference(
     let objective = objective(mechanism.dim(), &options, sample);
     assert!(design.reads_moved());
     let mut run = built.integrator(options).ok()?;
-    run.costate_sweep(Tangents::OfMovedMechanism)?;
+    run.costate_sweep(CostateTangents::OfMovedMechanism)?;
     if independent && run.rows().len() < run.constraints().len() {
         return None;
     }

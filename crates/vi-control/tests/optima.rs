@@ -5,14 +5,14 @@ use crate::control_case::{Case, list, number, numbers, with_springs};
 use std::cell::RefCell;
 use std::ops::ControlFlow;
 use std::rc::Rc;
-use vi_constraints::{Method, Options, SchemeKind};
+use vi_constraints::{Options, OrderMethod, SchemeKind};
 use vi_control::kkt::{Kkt, Tolerances};
-use vi_control::objective::Judged;
-use vi_control::optimum::{Progress, Setting, Verdict, optimize};
+use vi_control::objective::NumberCost;
+use vi_control::optimum::{OptimumVerdict, Progress, Setting, optimize};
 use vi_control::program::{Iterate, NlpSolver, SharedProgram};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{Cost, CostKind, FinalTime, ProblemError, When};
-use vi_control::transcription::{Guess, Motion};
+use vi_control::transcription::{Guess, SolvedMotion};
 use vi_control::{Pounce, Transcription};
 use vi_core::Composition;
 use vi_core::galerkin::Stages;
@@ -20,19 +20,19 @@ use vi_core::linear::norm_inf;
 
 type Shared = Rc<RefCell<Transcription>>;
 
-fn solve(case: &Case, steps: usize) -> (Motion, usize, Kkt) {
+fn solve(case: &Case, steps: usize) -> (SolvedMotion, usize, Kkt) {
     let (_, motion, iterations, kkt) = solved(case.transcription(steps));
     (motion, iterations, kkt)
 }
 
 struct Solved {
-    motion: Motion,
+    motion: SolvedMotion,
     iterations: usize,
     kkt: Kkt,
     costates: Vec<Vec<f64>>,
 }
 
-fn solved(transcription: Transcription) -> (Shared, Motion, usize, Kkt) {
+fn solved(transcription: Transcription) -> (Shared, SolvedMotion, usize, Kkt) {
     let (program, Solved { motion, iterations, kkt, .. }) = solved_at(transcription);
     (program, motion, iterations, kkt)
 }
@@ -110,7 +110,7 @@ cases!(
 
 /// How far apart two motions are, the second in twice as many steps: states at common nodes,
 /// controls in the middle of the longer steps.
-fn apart(coarse: &Motion, fine: &Motion) -> [f64; 2] {
+fn apart(coarse: &SolvedMotion, fine: &SolvedMotion) -> [f64; 2] {
     let largest = |pairs: &mut dyn Iterator<Item = (f64, f64)>| {
         pairs.fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()))
     };
@@ -123,9 +123,9 @@ fn apart(coarse: &Motion, fine: &Motion) -> [f64; 2] {
 }
 
 /// The ratios of the changes of cost, states and controls from each of three motions to the next.
-fn ratios(all: &[Motion]) -> [f64; 3] {
+fn ratios(all: &[SolvedMotion]) -> [f64; 3] {
     let [a, b, c] = all else { panic!("three motions") };
-    let cost = |motion: &Motion| motion.costs.iter().sum::<f64>();
+    let cost = |motion: &SolvedMotion| motion.costs.iter().sum::<f64>();
     let [states, controls] = [0, 1].map(|k| apart(a, b)[k] / apart(b, c)[k]);
     [(cost(b) - cost(a)) / (cost(c) - cost(b)), states, controls]
 }
@@ -157,7 +157,7 @@ fn refined_optima_are_those_of_order_2() {
             levels.push((2 * levels[levels.len() - 1].0, None));
         }
         let mut motions = Vec::new();
-        let mut last: Option<(Shared, Motion)> = None;
+        let mut last: Option<(Shared, SolvedMotion)> = None;
         for (steps, wanted) in levels {
             let program = match &last {
                 None => case.transcription(steps),
@@ -223,9 +223,9 @@ enum Asks {
 fn held(
     case: &Case,
     [values, hold]: [usize; 2],
-    method: Method,
-    (near, asks): (Option<&Motion>, Asks),
-) -> (Motion, Vec<Vec<f64>>) {
+    method: OrderMethod,
+    (near, asks): (Option<&SolvedMotion>, Asks),
+) -> (SolvedMotion, Vec<Vec<f64>>) {
     let (mut problem, mut guess) = case.problem(values * hold);
     problem.method = method;
     problem.controls.iter_mut().for_each(|control| control.hold = hold);
@@ -237,11 +237,11 @@ fn held(
         }
         Asks::Path => {
             let (quantity, when) = (problem.conditions[0].quantity.clone(), When::Path);
-            let kind = CostKind::Number { quantity, judged: Judged::Deviation(0.5), when };
+            let kind = CostKind::Number { quantity, judged: NumberCost::Deviation(0.5), when };
             problem.costs.push(Cost { weight: 3.0, kind });
         }
     }
-    if let Some(Motion { nodes, controls, .. }) = near {
+    if let Some(SolvedMotion { nodes, controls, .. }) = near {
         guess = Guess::of_run(&case.mechanism, nodes, controls, values * hold);
     }
     let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
@@ -258,9 +258,9 @@ fn held(
 
 /// How far two motions with as many values of controls are from one another: cost, states and
 /// costates where the values change, the values.
-fn from_another([a, b]: [&(Motion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4] {
-    let cost = |motion: &Motion| motion.costs.iter().sum::<f64>();
-    let at = |(motion, costates): &(Motion, Vec<Vec<f64>>), n: usize| {
+fn from_another([a, b]: [&(SolvedMotion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4] {
+    let cost = |motion: &SolvedMotion| motion.costs.iter().sum::<f64>();
+    let at = |(motion, costates): &(SolvedMotion, Vec<Vec<f64>>), n: usize| {
         let hold = motion.controls.len() / values;
         let of = |rows: &[Vec<f64>]| rows.get(n * hold).cloned().unwrap_or_default();
         [of(&motion.nodes), of(&motion.controls), of(costates)]
@@ -283,12 +283,12 @@ fn from_another([a, b]: [&(Motion, Vec<Vec<f64>>); 2], values: usize) -> [f64; 4
 #[test]
 fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
     let methods = [
-        (Method::default(), 2, [2, 4, 8]),
-        (Method::Composition(Composition::Suzuki5), 4, [1, 2, 4]),
-        (Method::Composition(Composition::SofroniouSpaletta13), 6, [1, 2, 4]),
-        (Method::Galerkin(Stages::new(1).unwrap()), 2, [2, 4, 8]),
-        (Method::Galerkin(Stages::new(2).unwrap()), 4, [1, 2, 4]),
-        (Method::Galerkin(Stages::new(3).unwrap()), 6, [1, 2, 4]),
+        (OrderMethod::default(), 2, [2, 4, 8]),
+        (OrderMethod::Composition(Composition::Suzuki5), 4, [1, 2, 4]),
+        (OrderMethod::Composition(Composition::SofroniouSpaletta13), 6, [1, 2, 4]),
+        (OrderMethod::Galerkin(Stages::new(1).unwrap()), 2, [2, 4, 8]),
+        (OrderMethod::Galerkin(Stages::new(2).unwrap()), 4, [1, 2, 4]),
+        (OrderMethod::Galerkin(Stages::new(3).unwrap()), 6, [1, 2, 4]),
     ];
     for (name, values, asks) in [
         ("oc01_pendulum_swing_up", 10, Asks::Nothing),
@@ -298,7 +298,7 @@ fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
         ("oc07_four_bar_to_rest", 10, Asks::Nothing),
     ] {
         let case = Case::read(name);
-        let finest = Method::Composition(Composition::SofroniouSpaletta21);
+        let finest = OrderMethod::Composition(Composition::SofroniouSpaletta21);
         let near = held(&case, [values, 1], methods[1].0, (None, asks));
         let exact = held(&case, [values, 4], finest, (Some(&near.0), asks));
         for (method, order, holds) in methods {
@@ -324,10 +324,11 @@ fn optima_of_one_space_of_controls_have_the_order_of_the_method() {
 /// The same of orders 8 and 10, in steps that are long enough for errors above rounding.
 #[test]
 fn optima_of_one_space_of_controls_have_orders_above_6() {
-    let galerkin = |s: usize| Method::Galerkin(Stages::new(s).unwrap());
-    let composition = Method::Composition(Composition::SofroniouSpaletta21);
+    let galerkin = |s: usize| OrderMethod::Galerkin(Stages::new(s).unwrap());
+    let composition = OrderMethod::Composition(Composition::SofroniouSpaletta21);
     let (case, values, asks) = (Case::read("oc01_pendulum_swing_up"), 5, Asks::Nothing);
-    let near = held(&case, [values, 6], Method::Composition(Composition::Suzuki5), (None, asks));
+    let near =
+        held(&case, [values, 6], OrderMethod::Composition(Composition::Suzuki5), (None, asks));
     let near = (Some(&near.0), asks);
     let exact = held(&case, [values, 6], galerkin(6), near);
     for (method, order, holds) in
@@ -400,9 +401,9 @@ fn a_replay_sees_other_controls() {
 #[test]
 fn single_steps_are_taken_from_the_nodes_of_the_optimum() {
     for method in [
-        Method::default(),
-        Method::Composition(Composition::Suzuki5),
-        Method::Galerkin(Stages::new(2).unwrap()),
+        OrderMethod::default(),
+        OrderMethod::Composition(Composition::Suzuki5),
+        OrderMethod::Galerkin(Stages::new(2).unwrap()),
     ] {
         let mut case = Case::read("oc07_four_bar_to_rest");
         let (motion, _) = held(&case, [10, 1], method, (None, Asks::Nothing));
@@ -434,13 +435,13 @@ impl Setting for Still {
     fn program(&self, steps: usize, _: Option<&Guess>) -> Result<Transcription, ProblemError> {
         self.0.program(steps, Some(&Guess::line(steps, &[0.0; 9])))
     }
-    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+    fn replay(&self, motion: &SolvedMotion) -> Result<Replay, String> {
         self.0.replay(motion)
     }
 }
 
 /// The same by a method, without bounds of turns.
-struct Unbounded(Own, Method);
+struct Unbounded(Own, OrderMethod);
 
 impl Setting for Unbounded {
     fn program(&self, steps: usize, guess: Option<&Guess>) -> Result<Transcription, ProblemError> {
@@ -450,7 +451,7 @@ impl Setting for Unbounded {
         let (system, at) = (std::sync::Arc::new(case.system()), case.initial());
         Transcription::new(&case.mechanism, system, at, problem, guess.unwrap_or(&line))
     }
-    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+    fn replay(&self, motion: &SolvedMotion) -> Result<Replay, String> {
         let options = Options::new(SchemeKind::Nodal, motion.step);
         let mut run = self.0.0.run_by(Options { method: self.1, ..options });
         Ok(Replay::of(&mut run, &self.0.0.efforts, motion))
@@ -464,7 +465,7 @@ impl Setting for Own {
         let guess = guess.unwrap_or(&line);
         Transcription::new(&self.0.mechanism, system, at, problem, guess)
     }
-    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+    fn replay(&self, motion: &SolvedMotion) -> Result<Replay, String> {
         let mut run = self.0.run(SchemeKind::Nodal, motion.step);
         Ok(Replay::of(&mut run, &self.0.efforts, motion))
     }
@@ -486,7 +487,7 @@ fn optima_are_refined_and_judged() {
         let method = &mut Pounce::default();
         let steps = usize::try_from(own.0.value["steps"].as_u64().unwrap()).unwrap();
         let optimum = optimize(method, &own, (steps, 2), None, &progress(usize::MAX)).unwrap();
-        assert_eq!(optimum.verdict, Verdict::Optimal, "{name}");
+        assert_eq!(optimum.verdict, OptimumVerdict::Optimal, "{name}");
         let wanted = number(&own.0.value["results"]["cost"]);
         assert!((optimum.cost() - wanted).abs() < 1e-8 * wanted, "{name}: {}", optimum.cost());
         assert!(optimum.is_sufficient(), "{name}");
@@ -494,7 +495,7 @@ fn optima_are_refined_and_judged() {
         let halved = optimum.levels.len() > 1;
         assert_eq!(halved, steps % 2 == 0, "{name}: 25 steps have no half");
         let stopped = optimize(method, &own, (steps, 0), None, &progress(2)).unwrap();
-        assert_eq!(stopped.verdict, Verdict::Stopped, "{name}");
+        assert_eq!(stopped.verdict, OptimumVerdict::Stopped, "{name}");
     }
 }
 
@@ -511,7 +512,7 @@ fn charts_follow_a_large_turn() {
         let setting: &dyn Setting = if stands { &still } else { &still.0 };
         let method = &mut Pounce::default();
         let optimum = optimize(method, setting, (48, 0), None, &progress(usize::MAX)).unwrap();
-        assert_eq!(optimum.verdict, Verdict::Optimal);
+        assert_eq!(optimum.verdict, OptimumVerdict::Optimal);
         let turn = vi_rigid::rotation::exp(&turn.into());
         let target = turn * vi_rigid::directors::triad(&still.0.0.q[..12]);
         let found = vi_rigid::directors::triad(&optimum.motion.nodes[48][..12]);
@@ -531,7 +532,7 @@ fn springs_beside_are_met() {
         let optimum =
             optimize(&mut Pounce::default(), &own, (40, 0), None, &progress(usize::MAX)).unwrap();
         println!("length {length}: {} iterations, cost {}", optimum.iterations, optimum.cost());
-        assert_eq!(optimum.verdict, Verdict::Optimal);
+        assert_eq!(optimum.verdict, OptimumVerdict::Optimal);
         assert!(optimum.iterations < 40);
     }
 }
@@ -543,7 +544,7 @@ fn an_effort_beside_the_controls_is_another_motion() {
     own.0.efforts[1].set(0.5);
     let optimum =
         optimize(&mut Pounce::default(), &own, (40, 0), None, &progress(usize::MAX)).unwrap();
-    assert_eq!(optimum.verdict, Verdict::OtherMotion);
+    assert_eq!(optimum.verdict, OptimumVerdict::OtherMotion);
 }
 
 /// A pendulum that swings up in a few steps turns by more than 1 rad in one of them; what counts is
@@ -551,10 +552,10 @@ fn an_effort_beside_the_controls_is_another_motion() {
 #[test]
 fn turns_are_those_between_all_nodes() {
     for (method, steps, is_far) in [
-        (Method::Composition(Composition::Suzuki5), 6, true),
-        (Method::Composition(Composition::SofroniouSpaletta13), 6, false),
-        (Method::Galerkin(Stages::new(3).unwrap()), 4, true),
-        (Method::Galerkin(Stages::new(3).unwrap()), 6, false),
+        (OrderMethod::Composition(Composition::Suzuki5), 6, true),
+        (OrderMethod::Composition(Composition::SofroniouSpaletta13), 6, false),
+        (OrderMethod::Galerkin(Stages::new(3).unwrap()), 4, true),
+        (OrderMethod::Galerkin(Stages::new(3).unwrap()), 6, false),
     ] {
         let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
         let method = &mut Pounce::default();
@@ -571,8 +572,10 @@ fn turns_are_those_between_all_nodes() {
 
         assert!(whole > 1.0 && (parts > 1.0) == is_far, "{whole}, {parts}");
         match optimum.verdict {
-            Verdict::TurnsTooFar { turn, .. } => assert!(is_far && (turn - parts).abs() < 1e-12),
-            verdict => assert!(!is_far && verdict == Verdict::Optimal, "{verdict:?}"),
+            OptimumVerdict::TurnsTooFar { turn, .. } => {
+                assert!(is_far && (turn - parts).abs() < 1e-12)
+            }
+            verdict => assert!(!is_far && verdict == OptimumVerdict::Optimal, "{verdict:?}"),
         }
     }
 }
@@ -582,12 +585,12 @@ fn turns_are_those_between_all_nodes() {
 #[test]
 fn a_sub_step_of_two_solutions_is_seen() {
     for (steps, is_same) in [(9, false), (10, true)] {
-        let method = Method::Composition(Composition::Suzuki5);
+        let method = OrderMethod::Composition(Composition::Suzuki5);
         let setting = Unbounded(Own(Case::read("oc01_pendulum_swing_up")), method);
         let method = &mut Pounce::default();
         let optimum = optimize(method, &setting, (steps, 0), None, &progress(usize::MAX)).unwrap();
         println!("{steps} steps: {:?}, {:?}", optimum.verdict, optimum.replay);
-        let verdict = if is_same { Verdict::Optimal } else { Verdict::OtherMotion };
+        let verdict = if is_same { OptimumVerdict::Optimal } else { OptimumVerdict::OtherMotion };
         assert_eq!(optimum.verdict, verdict, "{steps} steps");
     }
 }
@@ -599,5 +602,5 @@ fn too_few_steps_are_named() {
     let optimum =
         optimize(&mut Pounce::default(), &own, (4, 0), None, &progress(usize::MAX)).unwrap();
     println!("{:?}", optimum.verdict);
-    assert_ne!(optimum.verdict, Verdict::Optimal);
+    assert_ne!(optimum.verdict, OptimumVerdict::Optimal);
 }

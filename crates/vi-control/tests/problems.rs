@@ -3,20 +3,20 @@
 use crate::control_case::Case;
 use nalgebra::Vector3;
 use std::sync::Arc;
-use vi_constraints::Method;
+use vi_constraints::OrderMethod;
 use vi_constraints::setup::SetupError;
 use vi_control::Transcription;
 use vi_control::transcription::problem::{
-    Acts, Condition, Cost, CostKind, FinalTime, Problem, ProblemError, Quantity, Rest, Uncovered,
-    When,
+    Acts, Condition, ControlProblem, Cost, CostKind, FinalTime, NodeNumber, ProblemError,
+    RestAtEnd, Uncovered, When,
 };
-use vi_control::transcription::{Guess, Path};
+use vi_control::transcription::{Guess, GuessPath};
 use vi_core::Composition;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::galerkin::Stages;
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::{BilinearRow, Form};
 
-fn refused(name: &str, change: &dyn Fn(&mut Problem, &mut Guess)) -> ProblemError {
+fn refused(name: &str, change: &dyn Fn(&mut ControlProblem, &mut Guess)) -> ProblemError {
     let case = Case::read(name);
     let (mut problem, mut guess) = case.problem(5);
     change(&mut problem, &mut guess);
@@ -26,7 +26,8 @@ fn refused(name: &str, change: &dyn Fn(&mut Problem, &mut Guess)) -> ProblemErro
 
 #[test]
 fn what_is_wrong_is_said() {
-    let of = |change: &dyn Fn(&mut Problem, &mut Guess)| refused("oc03_two_link_effort", change);
+    let of =
+        |change: &dyn Fn(&mut ControlProblem, &mut Guess)| refused("oc03_two_link_effort", change);
     assert_eq!(of(&|p, _| p.steps = 0), ProblemError::NoSteps);
     assert_eq!(of(&|p, _| p.time = FinalTime::Fixed(0.0)), ProblemError::Time);
     assert_eq!(of(&|p, _| p.time = FinalTime::Fixed(f64::NAN)), ProblemError::Time);
@@ -38,7 +39,7 @@ fn what_is_wrong_is_said() {
     assert_eq!(of(&|p, _| p.controls[0].bounds = [f64::NAN, 1.0]), odd);
     assert_eq!(of(&|p, _| p.controls[0].hold = 0), ProblemError::Hold("control 0".into()));
     assert_eq!(of(&|p, _| p.costs.clear()), ProblemError::NoCost);
-    let names = |p: &mut Problem| {
+    let names = |p: &mut ControlProblem| {
         p.costs = vec![Cost { weight: 1.0, kind: CostKind::Effort(vec![0, 2]) }];
     };
     assert_eq!(of(&|p, _| names(p)), ProblemError::Control { control: 2, count: 2 });
@@ -48,27 +49,27 @@ fn what_is_wrong_is_said() {
     assert_eq!(of(&|_, guess| *guess = Guess::line(4, &[0.0; 2])), shape);
     let shape = ProblemError::Guess { found: 5, wanted: 5, unknowns: 3, degrees: 2 };
     assert_eq!(of(&|_, guess| *guess = Guess::line(5, &[0.0; 3])), shape);
-    let turns = |guess: &mut Guess| guess.path = Path::Increments(vec![vec![4.0, 0.0]; 5]);
+    let turns = |guess: &mut Guess| guess.path = GuessPath::Increments(vec![vec![4.0, 0.0]; 5]);
     assert_eq!(of(&|_, guess| turns(guess)), ProblemError::GuessTurns(1));
-    let suzuki = Method::Composition(Composition::Suzuki5);
+    let suzuki = OrderMethod::Composition(Composition::Suzuki5);
     let damped = refused("oc09_arm6_effort", &|p, _| p.method = suzuki);
     assert_eq!(damped, ProblemError::Method(SetupError::DissipativeComposition));
     // an effort along a rotation of a free body
-    for method in [Method::default(), Method::Galerkin(Stages::new(2).unwrap())] {
+    for method in [OrderMethod::default(), OrderMethod::Galerkin(Stages::new(2).unwrap())] {
         let turning = refused("oc06_satellite_three_wheels", &|p, _| {
             p.method = method;
             p.controls[0].acts = Acts::Along(SignedUnknown { index: 3, sign: 1.0 });
         });
         assert_eq!(turning, ProblemError::NotCovered(Uncovered::NoCoordinate));
     }
-    let single = refused("oc07_four_bar_to_rest", &|p, _| p.rest = Rest::Unknowns(vec![0]));
+    let single = refused("oc07_four_bar_to_rest", &|p, _| p.rest = RestAtEnd::Unknowns(vec![0]));
     assert_eq!(single, ProblemError::NotCovered(Uncovered::RestInLoop));
 }
 
 /// The height of the tip of the two-link arm, m.
-fn height() -> Row {
+fn height() -> BilinearRow {
     let tip = Form::point(12, &Vector3::new(0.175, 0.0, 0.0));
-    Row::product(tip, Form::constant(Vector3::z()), 0.0)
+    BilinearRow::product(tip, Form::constant(Vector3::z()), 0.0)
 }
 
 /// A condition of a path is as many rows, and their values are those of the quantity.
@@ -86,7 +87,7 @@ fn a_path_has_a_row_for_each_node() {
     let bounds = [-1.0, f64::INFINITY];
     let above = Condition {
         name: "tip".into(),
-        quantity: Quantity::of(height()),
+        quantity: NodeNumber::of(height()),
         when: When::Path,
         bounds,
     };
@@ -115,10 +116,10 @@ fn bounds_hold_where_sub_steps_have_them() {
     use vi_control::program::Program;
     let case = Case::read("oc03_two_link_effort");
     let (mut problem, guess) = case.problem(4);
-    problem.method = Method::Composition(Composition::Suzuki5);
+    problem.method = OrderMethod::Composition(Composition::Suzuki5);
     problem.controls[0].hold = 2;
     let Condition { quantity, .. } = problem.conditions[0].clone();
-    let Quantity::Joint { unknown, start } = quantity else { panic!("a coordinate") };
+    let NodeNumber::Joint { unknown, start } = quantity else { panic!("a coordinate") };
     let bounds = [start - 3.0, start + 4.0];
     let name = "kept".to_owned();
     problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
@@ -174,7 +175,7 @@ fn a_bounded_path_is_touched() {
         let (mut problem, guess) = case.problem(40);
         let bounds = [least.unwrap_or(f64::NEG_INFINITY), f64::INFINITY];
         if least.is_some() {
-            let (name, quantity) = ("tip".to_owned(), Quantity::of(height()));
+            let (name, quantity) = ("tip".to_owned(), NodeNumber::of(height()));
             problem.conditions.push(Condition { name, quantity, when: When::Path, bounds });
         }
         let system = Arc::new(case.system());

@@ -3,25 +3,26 @@
 use crate::control_case::{Case, with_springs};
 use nalgebra::{DMatrix, Matrix3};
 use std::sync::Arc;
-use vi_constraints::{InitialValues, Method};
+use vi_constraints::{InitialValues, OrderMethod};
 use vi_control::Transcription;
 use vi_control::momentum::{NodeMomentum, TerminalMomentum};
 use vi_control::node::RateOf;
-use vi_control::objective::{Judged, PointComponent};
+use vi_control::objective::{NumberCost, PointComponent};
 use vi_control::program::Program;
 use vi_control::transcription::Guess;
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, FinalTime, Problem, Quantity, Rest, When,
+    Acts, Condition, Control, ControlProblem, Cost, CostKind, FinalTime, NodeNumber, RestAtEnd,
+    When,
 };
 use vi_core::force::{DiscreteForce, MidpointForce};
 use vi_core::galerkin::Stages;
 use vi_core::{Composition, MechanicalSystem as _, Quadrature};
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::bushing::{LinearSix, SixForce};
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::{BilinearRow, Form};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointForce, JointLaw};
-use vi_multibody::law::{Input, Reading};
+use vi_multibody::law::{Input, ReadingLaw};
 use vi_multibody::pair::screw::Pitch;
 use vi_multibody::six_coordinates::{AttachedFrame, Matrix6, Rotation, SixCoordinates, Vector6};
 use vi_multibody::spring::Damper;
@@ -33,11 +34,11 @@ use vi_rigid::time_history::TimeHistory;
 use vi_testkit::Sample;
 
 /// Five sub-steps in each step, the third one backward.
-const SUZUKI: Method = Method::Composition(Composition::Suzuki5);
+const SUZUKI: OrderMethod = OrderMethod::Composition(Composition::Suzuki5);
 
 /// Polynomials of degree `s` on each step.
-fn galerkin(s: usize) -> Method {
-    Method::Galerkin(Stages::new(s).unwrap())
+fn galerkin(s: usize) -> OrderMethod {
+    OrderMethod::Galerkin(Stages::new(s).unwrap())
 }
 
 fn jacobian(program: &Transcription) -> DMatrix<f64> {
@@ -150,9 +151,9 @@ fn of_the_reference_problems() {
 #[test]
 fn of_every_term() {
     for (name, method) in [
-        ("oc07_four_bar_to_rest", Method::default()),
-        ("oc09_arm6_effort", Method::default()),
-        ("oc06_satellite_three_wheels", Method::default()),
+        ("oc07_four_bar_to_rest", OrderMethod::default()),
+        ("oc09_arm6_effort", OrderMethod::default()),
+        ("oc06_satellite_three_wheels", OrderMethod::default()),
         ("oc07_four_bar_to_rest", SUZUKI),
         ("oc06_satellite_three_wheels", SUZUKI),
         ("oc03_two_link_effort", galerkin(1)),
@@ -161,9 +162,9 @@ fn of_every_term() {
         ("oc06_satellite_three_wheels", galerkin(3)),
         ("oc03_two_link_effort", galerkin(4)),
         ("oc07_four_bar_to_rest", galerkin(6)),
-        ("oc03_two_link_effort", Method::Composition(Composition::SofroniouSpaletta21)),
+        ("oc03_two_link_effort", OrderMethod::Composition(Composition::SofroniouSpaletta21)),
     ] {
-        for rest in [Rest::All, Rest::Free] {
+        for rest in [RestAtEnd::All, RestAtEnd::Free] {
             let case = Case::read(name);
             let (mut problem, _) = case.problem(4);
             problem.method = method;
@@ -172,21 +173,22 @@ fn of_every_term() {
             problem.controls[0].hold = 3;
             let point = Form::point(0, &nalgebra::Vector3::new(0.3, 0.1, -0.2));
             let fixed = Form::constant(nalgebra::Vector3::new(0.2, 0.5, 1.0));
-            let distance = Row::distance(&point.minus(&fixed), 0.4);
+            let distance = BilinearRow::distance(&point.minus(&fixed), 0.4);
             let joint = case.mechanism.description().joints.len().min(2) - 1;
-            let coordinate = Quantity::joint(&case.mechanism, joint, 0, &case.q, 1).unwrap();
+            let coordinate = NodeNumber::joint(&case.mechanism, joint, 0, &case.q, 1).unwrap();
             let all: Vec<usize> = (0..problem.controls.len()).collect();
             let number = |judged| {
-                move |quantity: Quantity, when| CostKind::Number { quantity, judged, when }
+                move |quantity: NodeNumber, when| CostKind::Number { quantity, judged, when }
             };
-            let (deviation, itself) = (number(Judged::Deviation(0.3)), number(Judged::Itself));
+            let (deviation, itself) =
+                (number(NumberCost::Deviation(0.3)), number(NumberCost::Itself));
             for (weight, kind) in [
                 (1.3, CostKind::Work(all.clone())),
                 (0.4, CostKind::Rate(all.clone())),
                 (0.2, CostKind::Time),
-                (0.9, deviation(Quantity::of(distance.clone()), When::Path)),
-                (0.8, deviation(Quantity::of(distance.clone()), When::Node(2))),
-                (0.6, itself(Quantity::of(distance), When::Path)),
+                (0.9, deviation(NodeNumber::of(distance.clone()), When::Path)),
+                (0.8, deviation(NodeNumber::of(distance.clone()), When::Node(2))),
+                (0.6, itself(NodeNumber::of(distance), When::Path)),
                 (-0.5, itself(coordinate.clone(), When::Path)),
                 (1.1, deviation(coordinate.clone(), When::Path)),
                 (1.2, deviation(coordinate, When::End)),
@@ -206,7 +208,7 @@ fn of_every_term() {
 /// A problem of a case beside more forces, by a method.
 fn beside(
     case: &Case,
-    (method, free): (Method, bool),
+    (method, free): (OrderMethod, bool),
     force: Option<Box<dyn DiscreteForce>>,
 ) -> Transcription {
     let (mut problem, guess) = case.problem(2);
@@ -223,7 +225,8 @@ fn beside(
     Transcription::new(&case.mechanism, system, at, problem, &guess).unwrap()
 }
 
-const METHODS: [fn() -> Method; 4] = [Method::default, || SUZUKI, || galerkin(2), || galerkin(3)];
+const METHODS: [fn() -> OrderMethod; 4] =
+    [OrderMethod::default, || SUZUKI, || galerkin(2), || galerkin(3)];
 
 /// A spring between points, quadratic in the coordinates or not, and one along a joint.
 #[test]
@@ -362,7 +365,7 @@ fn beside_laws() {
                         damping: Matrix6::zeros(),
                     };
                     let inputs = (0..12).map(Input::Six).collect();
-                    let reading = Reading::new(Arc::new(six), inputs, Vec::new());
+                    let reading = ReadingLaw::new(Arc::new(six), inputs, Vec::new());
                     Box::new(SixForce::new(coordinates, reading))
                 }
             };
@@ -370,9 +373,9 @@ fn beside_laws() {
             problem.method = method;
             problem.time = FinalTime::Free { min: 0.1, max: 2.0, guess: 0.9 };
             let point = Form::point(12, &vector(0.3, 0.1, -0.2));
-            let quantity = Quantity::of_node(RateOf(PointComponent { point, axis: 0 }));
+            let quantity = NodeNumber::of_node(RateOf(PointComponent { point, axis: 0 }));
             let kind =
-                CostKind::Number { quantity, judged: Judged::Deviation(0.2), when: When::Path };
+                CostKind::Number { quantity, judged: NumberCost::Deviation(0.2), when: When::Path };
             problem.costs.push(Cost { weight: 0.7, kind });
             let system = Arc::new(case.system().force(force));
             let (mechanism, at) = (&case.mechanism, case.initial());
@@ -388,8 +391,8 @@ fn beside_laws() {
 fn of_numbers_with_velocities(name: &str) {
     let vector = nalgebra::Vector3::new;
     for (free, method) in [
-        (false, Method::default()),
-        (true, Method::default()),
+        (false, OrderMethod::default()),
+        (true, OrderMethod::default()),
         (true, SUZUKI),
         (true, galerkin(1)),
         (true, galerkin(3)),
@@ -419,21 +422,21 @@ fn of_numbers_with_velocities(name: &str) {
         let along = Form::vector(0, &vector(0.3, -0.8, 0.5));
         let last = 12 * (case.mechanism.description().bodies.len() - 1);
         let numbers = [
-            Quantity::of_node(RateOf(PointComponent { point: point.clone(), axis: 0 })),
-            Quantity::of_node(RateOf(coordinate.clone())),
-            Quantity::of_node(RateOf(Row::product(point, along.clone(), 0.0))),
-            Quantity::of_node(Input::Spin(0, 1)),
-            Quantity::of_node(Input::Coordinate(coordinate.clone())),
-            Quantity::of_node(Input::Rate(coordinate)),
-            Quantity::of_node(Input::Length(between.clone())),
-            Quantity::of_node(Input::LengthRate(between)),
-            Quantity::of_node(Input::RelativeSpin { of: last, base: 0, along }),
+            NodeNumber::of_node(RateOf(PointComponent { point: point.clone(), axis: 0 })),
+            NodeNumber::of_node(RateOf(coordinate.clone())),
+            NodeNumber::of_node(RateOf(BilinearRow::product(point, along.clone(), 0.0))),
+            NodeNumber::of_node(Input::Spin(0, 1)),
+            NodeNumber::of_node(Input::Coordinate(coordinate.clone())),
+            NodeNumber::of_node(Input::Rate(coordinate)),
+            NodeNumber::of_node(Input::Length(between.clone())),
+            NodeNumber::of_node(Input::LengthRate(between)),
+            NodeNumber::of_node(Input::RelativeSpin { of: last, base: 0, along }),
         ];
         for (k, quantity) in numbers.into_iter().enumerate() {
             for (when, judged) in [
-                (When::End, Judged::Deviation(0.3)),
-                (When::Path, Judged::Deviation(-0.2)),
-                (When::Node(1), Judged::Itself),
+                (When::End, NumberCost::Deviation(0.3)),
+                (When::Path, NumberCost::Deviation(-0.2)),
+                (When::Node(1), NumberCost::Itself),
             ] {
                 let quantity = quantity.clone();
                 let kind = CostKind::Number { quantity, judged, when };
@@ -447,8 +450,8 @@ fn of_numbers_with_velocities(name: &str) {
             all.iter().flat_map(|own| [own.clone(), own.clone().along(&case.mechanism, &eta)])
         {
             let mass = case.system().mass().clone();
-            let quantity = Quantity::of_node(NodeMomentum { momentum, mass });
-            let (judged, when) = (Judged::Itself, When::End);
+            let quantity = NodeNumber::of_node(NodeMomentum { momentum, mass });
+            let (judged, when) = (NumberCost::Itself, When::End);
             let kind = CostKind::Number { quantity, judged, when };
             problem.costs.push(Cost { weight: 0.7, kind });
         }
@@ -497,8 +500,8 @@ fn beside_wrenches() {
     let cases = [vec![dead, thrust], vec![turning]];
     for name in ["oc03_two_link_effort", "oc06_satellite_three_wheels", "oc07_four_bar_to_rest"] {
         let methods = [
-            (false, Method::default()),
-            (true, Method::default()),
+            (false, OrderMethod::default()),
+            (true, OrderMethod::default()),
             (true, SUZUKI),
             (true, galerkin(2)),
         ];
@@ -554,21 +557,25 @@ fn of_numbers_on_threads() {
         };
         let point = Form::point(12, &vector(0.3, 0.1, -0.2));
         let numbers = [
-            Quantity::of_node(RateOf(PointComponent { point, axis: 2 })),
-            Quantity::of_node(Input::Spin(12, 0)),
+            NodeNumber::of_node(RateOf(PointComponent { point, axis: 2 })),
+            NodeNumber::of_node(Input::Spin(12, 0)),
         ];
-        let deviation = |quantity: Quantity| Cost {
+        let deviation = |quantity: NodeNumber| Cost {
             weight: 0.8,
-            kind: CostKind::Number { quantity, judged: Judged::Deviation(0.3), when: When::Path },
+            kind: CostKind::Number {
+                quantity,
+                judged: NumberCost::Deviation(0.3),
+                when: When::Path,
+            },
         };
-        let problem = Problem {
+        let problem = ControlProblem {
             steps: 2,
             time: FinalTime::Free { min: 0.1, max: 2.0, guess: 0.4 },
             method,
             controls: vec![control(0), control(1)],
             costs: numbers.into_iter().map(deviation).collect(),
             conditions: Vec::new(),
-            rest: Rest::Free,
+            rest: RestAtEnd::Free,
             max_increment: 1.0,
         };
         let system = Arc::new(built.system(Quadrature::Midpoint));

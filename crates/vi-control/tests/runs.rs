@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Vector3};
 use std::sync::Arc;
 use vi_constraints::{Constraints, Options, SchemeKind};
-use vi_control::objective::{Effort, Judged, PointComponent, Running, Terminal, Time};
+use vi_control::objective::{Effort, NumberCost, PointComponent, Running, Terminal, Time};
 use vi_control::terminal_rate::{RateOf, TerminalRate};
 use vi_control::{ControlForce, Controls, JointControl, Objective};
 use vi_core::Composition;
@@ -207,15 +207,17 @@ pub(crate) fn run_with(
     for (k, (of, effort)) in subject.controlled.iter().enumerate() {
         let coordinate = subject.built.coordinate(*of).unwrap();
         let quantity = coordinate.clone();
-        objective
-            .add(2.0 + k as f64, Box::new(Running { quantity, judged: Judged::Deviation(0.3) }));
+        objective.add(
+            2.0 + k as f64,
+            Box::new(Running { quantity, judged: NumberCost::Deviation(0.3) }),
+        );
         forces.push(Box::new(JointControl { effort: effort.clone(), coordinate }));
     }
     let last = subject.built.mechanism.dim() - 12;
     for axis in 0..3 {
         let point = Form::point(last, &Vector3::new(0.3, 0.1, -0.2));
         let quantity = PointComponent { point, axis };
-        objective.add(10.0, Box::new(Terminal { quantity, judged: Judged::Deviation(0.4) }));
+        objective.add(10.0, Box::new(Terminal { quantity, judged: NumberCost::Deviation(0.4) }));
     }
     let value = |n: usize, k: usize| (0.3 * n as f64 + k as f64).sin() * 2.0;
     let count = forces.len();
@@ -231,11 +233,11 @@ pub(crate) fn add_rates(run: &MechanismIntegrator, objective: &mut Objective) {
     let rate = RateOf(PointComponent { point, axis: 0 });
     objective.add_along(
         4.0,
-        Box::new(TerminalRate::new((rate, Judged::Deviation(0.2)), run, &[]).unwrap()),
+        Box::new(TerminalRate::new(rate, NumberCost::Deviation(0.2), run, &[]).unwrap()),
     );
     let spin = Input::Spin(last, 1);
     objective.add_along(
         0.7,
-        Box::new(TerminalRate::new((spin, Judged::Deviation(-0.4)), run, &[]).unwrap()),
+        Box::new(TerminalRate::new(spin, NumberCost::Deviation(-0.4), run, &[]).unwrap()),
     );
 }

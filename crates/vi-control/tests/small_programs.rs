@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use vi_control::kkt::{Kkt, Tolerances};
 use vi_control::program::{
-    Bounds, Multipliers, NlpSolver, Outcome, Program, SharedProgram, Solved, SolverError, Start,
-    Undefined, Watch, check_start,
+    Bounds, MethodStart, MethodWatch, Multipliers, NlpSolver, Outcome, Program, SharedProgram,
+    Solved, SolverError, Undefined, check_start,
 };
 
 /// `min (x − a)² + (y − b)²` on `x² + y² = 1` within bounds of `x`.
@@ -67,8 +67,8 @@ impl NlpSolver for Guesses {
     fn solve(
         &mut self,
         program: &SharedProgram,
-        start: &Start,
-        _watch: Watch,
+        start: &MethodStart,
+        _watch: MethodWatch,
     ) -> Result<Solved, SolverError> {
         check_start(&*program.borrow(), start)?;
         let zero = vec![0.0; start.x.len()];
@@ -79,8 +79,8 @@ impl NlpSolver for Guesses {
     }
 }
 
-fn start(x: [f64; 2]) -> Start {
-    Start { x: x.to_vec(), ..Start::default() }
+fn start(x: [f64; 2]) -> MethodStart {
+    MethodStart { x: x.to_vec(), ..MethodStart::default() }
 }
 
 fn judged(program: &SharedProgram, solved: &Solved) -> Kkt {
@@ -99,7 +99,7 @@ fn a_guess_that_is_called_an_optimum_is_seen_through() {
     let program = Circle::shared([3.0, 4.0], free, 1.0);
     let refused = Guesses.solve(&program, &start([f64::NAN, 0.0]), Box::new(|_| true));
     assert_eq!(refused.unwrap_err(), SolverError::NotFinite(0));
-    let short = Start { x: vec![0.0], ..Start::default() };
+    let short = MethodStart { x: vec![0.0], ..MethodStart::default() };
     let refused = Guesses.solve(&program, &short, Box::new(|_| true));
     assert_eq!(refused.unwrap_err(), SolverError::Shape { found: 1, wanted: 2 });
 }
@@ -141,7 +141,7 @@ mod by_pounce {
             assert!(kkt.is_met(&Tolerances::default()), "{kkt:?}");
             assert!(!solved.iterates.is_empty());
             // warm start from the optimum
-            let warm = Start {
+            let warm = MethodStart {
                 x: solved.x.clone(),
                 multipliers: Some(solved.multipliers.clone()),
                 near: true,

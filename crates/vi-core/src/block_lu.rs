@@ -38,7 +38,7 @@ const UPDATES: usize = 64;
 
 /// Limits of a factorization by blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+pub struct FactorLimits {
     /// Most updates of a pivot, in the mean.
     pub updates: usize,
     /// The largest entry of `D_g⁻¹ A_gj` after scaling. A matrix whose symmetric part is positive
@@ -61,9 +61,9 @@ pub enum Order {
 
 type Row = [f64; SIZE];
 /// A block by rows.
-pub type Block = [Row; SIZE];
+pub type RowBlock = [Row; SIZE];
 
-const ZERO: Block = [[0.0; SIZE]; SIZE];
+const ZERO: RowBlock = [[0.0; SIZE]; SIZE];
 
 /// The elimination of a group of unknowns: its blocks are `D`, then `A_ig` and `A_gi` (later
 /// `U_gi`) of each neighbour.
@@ -86,7 +86,7 @@ pub struct BlockLu {
     updates: Vec<u32>,    // blocks A_ij of each pivot, by rows
     places: Vec<usize>,   // block of each place of the matrix
     fill: Vec<usize>,     // blocks that are no place
-    blocks: Vec<Block>,
+    blocks: Vec<RowBlock>,
     scales: Vec<Row>, // of each group, powers of two
     x: Vec<Row>,
     largest: f64, // entry of U
@@ -107,7 +107,8 @@ pub fn inverse_root(x: f64) -> f64 {
 /// yet, in ascending order. `adjacent`: in ascending order. `None` where there is too much fill.
 fn elimination_order(
     mut adjacent: Vec<Vec<u32>>,
-    (most, by): (usize, Order),
+    most: usize,
+    by: Order,
 ) -> Option<Vec<(usize, Vec<u32>)>> {
     const FEW: usize = 4096; // updates that are never too many
     let most = FEW.max(most * adjacent.len());
@@ -228,7 +229,7 @@ impl BlockLu {
     #[must_use]
     pub fn new(sizes: &[usize], places: &[[usize; 2]]) -> Option<Self> {
         let order = Order::LeastDegree;
-        Self::with_limits(sizes, places, Limits { updates: UPDATES, largest: LARGEST, order })
+        Self::with_limits(sizes, places, FactorLimits { updates: UPDATES, largest: LARGEST, order })
     }
 
     /// The same with other limits.
@@ -236,8 +237,12 @@ impl BlockLu {
     /// # Panics
     /// As [`BlockLu::new`].
     #[must_use]
-    pub fn with_limits(sizes: &[usize], places: &[[usize; 2]], limits: Limits) -> Option<Self> {
-        let Limits { updates: most, largest, order: by } = limits;
+    pub fn with_limits(
+        sizes: &[usize],
+        places: &[[usize; 2]],
+        limits: FactorLimits,
+    ) -> Option<Self> {
+        let FactorLimits { updates: most, largest, order: by } = limits;
         assert!(sizes.iter().all(|size| *size <= SIZE), "blocks have up to {SIZE} rows");
         let mut adjacent = vec![Vec::new(); sizes.len()];
         for &[row, column] in places.iter().filter(|[row, column]| row != column) {
@@ -248,7 +253,7 @@ impl BlockLu {
             own.sort_unstable();
             own.dedup();
         }
-        let order = elimination_order(adjacent, (most, by))?;
+        let order = elimination_order(adjacent, most, by)?;
         let numbering = Numbering::new(&order);
         let (mut pivots, mut neighbours, mut updates) = (Vec::new(), Vec::new(), Vec::new());
         for (&start, (group, own)) in numbering.starts.iter().zip(&order) {
@@ -382,7 +387,7 @@ impl BlockLu {
 
 /// Writes a block by rows of the given number of columns, scaled.
 #[inline(always)]
-fn take(block: &[f64], columns: usize, left: &Row, right: &Row, out: &mut Block) {
+fn take(block: &[f64], columns: usize, left: &Row, right: &Row, out: &mut RowBlock) {
     if let Ok(block) = <&[f64; SIZE * SIZE]>::try_from(block) {
         for i in 0..SIZE {
             for j in 0..SIZE {
@@ -403,10 +408,10 @@ fn take(block: &[f64], columns: usize, left: &Row, right: &Row, out: &mut Block)
 /// are `later` from the block `first` on.
 #[inline(always)]
 fn eliminate(
-    own: &mut [Block],
+    own: &mut [RowBlock],
     order: &[u8; SIZE],
     targets: &[u32],
-    (later, first): (&mut [Block], usize),
+    (later, first): (&mut [RowBlock], usize),
     largest: f64,
 ) -> Result<(), Singular> {
     let (D, pairs) = own.split_at_mut(1);
@@ -429,7 +434,7 @@ fn eliminate(
 
 /// `C ← C − A B`.
 #[inline(always)]
-fn subtract_product(A: &Block, B: &Block, C: &mut Block) {
+fn subtract_product(A: &RowBlock, B: &RowBlock, C: &mut RowBlock) {
     for i in 0..SIZE {
         let mut row = C[i];
         for k in 0..SIZE {
@@ -443,13 +448,13 @@ fn subtract_product(A: &Block, B: &Block, C: &mut Block) {
 
 /// Ones on the diagonal beyond the unknowns of a group.
 #[inline(always)]
-fn complete(block: &mut Block, size: usize) {
+fn complete(block: &mut RowBlock, size: usize) {
     (size..SIZE).for_each(|i| block[i][i] = 1.0);
 }
 
 /// LU of a block with row exchanges; reciprocals on the diagonal.
 #[inline(always)]
-fn factorize(a: &mut Block, order: &mut [u8; SIZE]) -> Result<(), Singular> {
+fn factorize(a: &mut RowBlock, order: &mut [u8; SIZE]) -> Result<(), Singular> {
     for k in 0..SIZE {
         let mut largest = k;
         for i in k + 1..SIZE {
@@ -478,7 +483,7 @@ fn factorize(a: &mut Block, order: &mut [u8; SIZE]) -> Result<(), Singular> {
 
 /// `b ← D⁻¹ b` for all columns of a block at once.
 #[inline(always)]
-fn solve_rows(lu: &Block, order: &[u8; SIZE], b: &mut Block) {
+fn solve_rows(lu: &RowBlock, order: &[u8; SIZE], b: &mut RowBlock) {
     for k in 0..SIZE {
         b.swap(k, usize::from(order[k]));
     }
@@ -505,7 +510,7 @@ fn solve_rows(lu: &Block, order: &[u8; SIZE], b: &mut Block) {
 
 /// `b ← D⁻¹ b`.
 #[inline(always)]
-fn solve_row(lu: &Block, order: &[u8; SIZE], b: &mut Row) {
+fn solve_row(lu: &RowBlock, order: &[u8; SIZE], b: &mut Row) {
     for k in 0..SIZE {
         b.swap(k, usize::from(order[k]));
     }
@@ -524,7 +529,7 @@ fn solve_row(lu: &Block, order: &[u8; SIZE], b: &mut Row) {
 
 /// `y ← y − A x`.
 #[inline(always)]
-fn subtract(a: &Block, x: &Row, y: &mut Row) {
+fn subtract(a: &RowBlock, x: &Row, y: &mut Row) {
     for i in 0..SIZE {
         for j in 0..SIZE {
             y[i] -= a[i][j] * x[j];

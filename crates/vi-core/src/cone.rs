@@ -51,11 +51,11 @@ pub use problem::Cone;
 pub use sparse_rows::SparseRows;
 
 use conjugate::Conjugate;
-use factors::Factors;
+use factors::ConeFactors;
 use interior::Interior;
-use least_norm::LeastNorm;
+use least_norm::ConeLeastNorm;
 use nalgebra::{Matrix3, Vector3};
-use problem::{Placed, Problem};
+use problem::{ConeProblem, PlacedLaw};
 use residual::Residual;
 
 /// How well the laws hold.
@@ -129,11 +129,11 @@ const BETWEEN: usize = 8;
 /// The solver with its memory, which grows to the largest problem; then nothing is allocated.
 #[derive(Clone, Debug, Default)]
 pub struct ConeSolver {
-    problem: Problem,
+    problem: ConeProblem,
     residual: Residual,
-    least_norm: LeastNorm,
+    least_norm: ConeLeastNorm,
     conjugate: Conjugate,
-    factors: Factors,
+    factors: ConeFactors,
     interior: Interior,
     impulse: Vec<f64>, // k
     trial: Vec<f64>,   // k
@@ -207,7 +207,7 @@ impl ConeSolver {
         {
             let (block, now) =
                 (Matrix3::from_diagonal_element(*a), Vector3::new(lambda[0], 0.0, 0.0));
-            lambda[0] = local::law(*law, (&block, &Vector3::new(*w, 0.0, 0.0), 0.0), 1.0, &now)[0];
+            lambda[0] = local::law(*law, &block, &Vector3::new(*w, 0.0, 0.0), 0.0, 1.0, &now)[0];
             return Ok(ConeReport { residual: 0.0, rounds: 0 });
         }
         self.problem.load(cones, w_matrix, w, errors);
@@ -471,7 +471,7 @@ impl ConeSolver {
     /// Solves the law of a contact at the impulses of the others; the largest relative change.
     fn settle(&mut self, contact: usize, part: f64) -> f64 {
         let Self { problem, impulse, .. } = self;
-        let Placed { cone, row } = problem.cones[contact];
+        let PlacedLaw { cone, row } = problem.cones[contact];
         let rows = cone.rows();
         let A = Matrix3::from_fn(|i, j| match i.max(j) < rows {
             true => problem.row(row + i)[row + j],
@@ -486,7 +486,7 @@ impl ConeSolver {
             false => 0.0,
         });
         let error = problem.largest_error(row..row + rows);
-        let next = local::law(cone, (&A, &c, error), part, &now);
+        let next = local::law(cone, &A, &c, error, part, &now);
         let mut change = 0.0_f64;
         for i in 0..rows {
             let value = next[i];

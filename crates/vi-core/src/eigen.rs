@@ -91,7 +91,7 @@ pub fn generalized_eigen(K: &DMatrix<f64>, M: &DMatrix<f64>) -> Result<Eigen, Ei
     L.as_ref().solve_lower_triangular_in_place(T.as_mut());
     let (values, Y) = symmetric_eigen(&symmetrized(&T))?;
     let largest = values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
-    let mut found: Vec<EigenPair> =
+    let mut found: Vec<RefinedPair> =
         values.iter().enumerate().map(|(k, value)| mode(*value, largest, &Y, k)).collect();
     found.sort_by(|a, b| a.squared.total_cmp(&b.squared));
     let mut sigma = largest;
@@ -136,7 +136,7 @@ fn beside(
     M: &Mat<f64>,
     L: &Mat<f64>,
     sigma: f64,
-) -> Result<Option<Vec<EigenPair>>, EigenError> {
+) -> Result<Option<Vec<RefinedPair>>, EigenError> {
     let n = K.nrows();
     let A = Mat::from_fn(n, n, |i, j| K[(i, j)] + sigma * M[(i, j)]);
     let T = match A.llt(Side::Lower) {
@@ -156,14 +156,14 @@ fn beside(
         let stiff = theta.abs() <= f64::EPSILON * n as f64 * largest;
         if stiff { f64::INFINITY } else { 1.0 / theta - sigma }
     };
-    let mut modes: Vec<EigenPair> =
+    let mut modes: Vec<RefinedPair> =
         theta.iter().enumerate().map(|(k, theta)| mode(squared(*theta), sigma, &Y, k)).collect();
     modes.sort_by(|a, b| a.squared.total_cmp(&b.squared));
     Ok(Some(modes))
 }
 
 /// Columns `x = L⁻ᵀ y`.
-fn inverse_transposed(L: &Mat<f64>, found: &[EigenPair]) -> Mat<f64> {
+fn inverse_transposed(L: &Mat<f64>, found: &[RefinedPair]) -> Mat<f64> {
     let mut x = Mat::from_fn(L.nrows(), found.len(), |i, k| found[k].y[i]);
     L.as_ref().transpose().solve_upper_triangular_in_place(x.as_mut());
     x
@@ -177,14 +177,14 @@ fn entry_noise(K: &Mat<f64>, x: &Mat<f64>, k: usize) -> f64 {
 }
 
 /// `ω²`, the shift it was found with, and `y`.
-struct EigenPair {
+struct RefinedPair {
     squared: f64,
     sigma: f64,
     y: Vec<f64>,
 }
 
-fn mode(squared: f64, sigma: f64, Y: &Mat<f64>, k: usize) -> EigenPair {
-    EigenPair { squared, sigma, y: (0..Y.nrows()).map(|i| Y[(i, k)]).collect() }
+fn mode(squared: f64, sigma: f64, Y: &Mat<f64>, k: usize) -> RefinedPair {
+    RefinedPair { squared, sigma, y: (0..Y.nrows()).map(|i| Y[(i, k)]).collect() }
 }
 
 /// Eigenvalues and vectors of a symmetric matrix with a residual of the size of round-off.
@@ -212,7 +212,7 @@ fn symmetric_eigen(T: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), EigenError> {
 
 /// How many of the modes, in ascending order, are soft beside `σ`: up to the widest gap near the
 /// border.
-fn soft_modes(found: &[EigenPair], sigma: f64) -> usize {
+fn soft_modes(found: &[RefinedPair], sigma: f64) -> usize {
     let border = SOFT * sigma;
     let gap = |k: usize| found[k].squared / found[k - 1].squared.abs().max(f64::MIN_POSITIVE);
     let near = |k: &usize| {
@@ -224,7 +224,7 @@ fn soft_modes(found: &[EigenPair], sigma: f64) -> usize {
 }
 
 /// With `x = L⁻ᵀ y` and `ω² = xᵀKx`, in ascending order; the rounding of `K` alone is left in `ω²`.
-fn finish(K: &Mat<f64>, M: &Mat<f64>, L: &Mat<f64>, found: &[EigenPair]) -> Eigen {
+fn finish(K: &Mat<f64>, M: &Mat<f64>, L: &Mat<f64>, found: &[RefinedPair]) -> Eigen {
     let n = K.nrows();
     let x = inverse_transposed(L, found);
     let (Kx, Mx) = (K * &x, M * &x);

@@ -20,7 +20,7 @@ use nalgebra::{Complex, DMatrix};
 
 /// A diagonal block of `Λ`: a real eigenvalue, `b = 0`, or a pair `a ± ib`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub struct PencilBlock {
     /// `a`.
     pub a: f64,
     /// `b`, not negative.
@@ -29,7 +29,7 @@ pub struct Mode {
     pub first: usize,
 }
 
-impl Mode {
+impl PencilBlock {
     /// Number of columns: 1 or 2.
     #[must_use]
     pub fn size(&self) -> usize {
@@ -53,7 +53,7 @@ impl Mode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct GalerkinPencil {
     /// The blocks of `Λ`.
-    pub modes: Vec<Mode>,
+    pub modes: Vec<PencilBlock>,
     /// `T`, shape `s × s`; row: control point `1 … s`.
     pub T: DMatrix<f64>,
     /// `T⁻¹ K̂⁻¹`, shape `s × s`; column: control point `0 … s − 1`.
@@ -77,7 +77,7 @@ impl GalerkinPencil {
                     T[(j, first + 1)] = v.im;
                 }
             }
-            let mode = Mode { a: alpha.re, b: alpha.im, first };
+            let mode = PencilBlock { a: alpha.re, b: alpha.im, first };
             first += mode.size();
             modes.push(mode);
         }
@@ -154,7 +154,7 @@ mod tests {
         for s in 1..=Stages::MAX {
             let constants = GaussLobatto::new(Stages::new(s).expect("in range"));
             let pencil = GalerkinPencil::new(&constants);
-            assert_eq!(pencil.modes.iter().map(Mode::size).sum::<usize>(), s);
+            assert_eq!(pencil.modes.iter().map(PencilBlock::size).sum::<usize>(), s);
             let hat = |matrix: &DMatrix<f64>| matrix.view((0, 1), (s, s)).into_owned();
             let [A, B, C] = [1.3, 0.4, 7.0];
             let matrix = hat(&constants.K) * A - hat(&constants.N) * B - hat(&constants.S) * C;

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// `value I_3` with its upper left corner at `(row, column)`; or one entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
+struct IsotropicEntry {
     row: usize,
     column: usize,
     value: f64,
@@ -31,8 +31,8 @@ struct Part {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsotropicBlocks {
-    multiples: Vec<Part>,
-    entries: Vec<Part>,
+    multiples: Vec<IsotropicEntry>,
+    entries: Vec<IsotropicEntry>,
 }
 
 impl IsotropicBlocks {
@@ -41,7 +41,7 @@ impl IsotropicBlocks {
     pub fn of(matrix: &SparseMatrix) -> Self {
         let (mut multiples, mut entries) = (Vec::new(), Vec::new());
         matrix.for_each(|row, column, value| {
-            let part = Part { row, column, value };
+            let part = IsotropicEntry { row, column, value };
             let within = column % 3;
             let aligned = row % 3 == within;
             match aligned && is_multiple(matrix, row - within, column - within) {

@@ -52,7 +52,7 @@
 //! | [`Newton`](newton::Newton), [`NewtonProblem`](newton::NewtonProblem) | the one nonlinear solver: exact Jacobian, to the round-off floor |
 //! | [`State`], [`Compensation`](compensation::Compensation) | `(step, t, q_n, p̄_n)`, angles, internal variables, rounding errors, history, memory |
 //! | [`CoordinateForce`](coordinate_force::CoordinateForce), [`AlongUnknown`](coordinate_force::AlongUnknown) | trait: what acts along an unknown of a step, and which it is |
-//! | [`QuantityEffort`](quantity_effort::QuantityEffort), [`Quantity`](quantity_effort::Quantity) | trait: what acts along an unknown by several quantities, and what each of them is |
+//! | [`QuantityEffort`](quantity_effort::QuantityEffort), [`StepQuantity`](quantity_effort::StepQuantity) | trait: what acts along an unknown by several quantities, and what each of them is |
 //! | [`GaussLobatto`](galerkin::GaussLobatto), [`GalerkinPencil`](galerkin_pencil::GalerkinPencil) | constants of the Galerkin schemes; the matrix of a step, diagonal in the control points |
 //! | [`StrainInterpolation`](interpolation::StrainInterpolation) | trait: potentials and forces of strains on the polynomial of a Galerkin step |
 //! | [`Lanes`](lanes::Lanes), [`Register`](lanes::Register) | numbers side by side with equal bits on every processor |

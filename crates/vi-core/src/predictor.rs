@@ -26,7 +26,7 @@
 
 mod sub_steps;
 
-pub use sub_steps::{NODES, Place, SubStepWeights, Weights};
+pub use sub_steps::{NODES, SubStepPlace, SubStepWeights, Weights};
 
 #[cfg(target_arch = "x86_64")]
 use crate::lanes::Wide;
@@ -56,10 +56,10 @@ pub enum Degree {
 
 /// The last increments of each sub-step of a composition.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct History {
+pub struct IncrementHistory {
     unknowns: usize,
     alternating: Range<usize>,
-    sub_steps: Vec<Known>,
+    sub_steps: Vec<KnownSubStep>,
     increments: Vec<f64>, // sub-steps × DEPTH × unknowns
     #[serde(skip)]
     weights: SubStepWeights,
@@ -67,17 +67,17 @@ pub struct History {
 
 /// What is known of a sub-step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct Known {
+struct KnownSubStep {
     h: f64,
     count: usize,  // increments known
     newest: usize, // place of the newest among DEPTH
 }
 
-impl History {
+impl IncrementHistory {
     /// For increments of `unknowns` entries and a composition of `sub_steps` sub-steps.
     #[must_use]
     pub fn new(unknowns: usize, sub_steps: usize) -> Self {
-        let sub_steps = vec![Known::default(); sub_steps.max(1)];
+        let sub_steps = vec![KnownSubStep::default(); sub_steps.max(1)];
         let increments = vec![0.0; sub_steps.len() * DEPTH * unknowns];
         Self {
             unknowns,
@@ -194,20 +194,20 @@ impl History {
     }
 
     /// The increments of the sub-steps before sub-step `k`, where all are known.
-    fn sub_steps_before(&self, k: usize) -> Option<Before<'_>> {
+    fn sub_steps_before(&self, k: usize) -> Option<SubStepBefore<'_>> {
         let weights = self.weights.of(k)?;
         let mut increments: [&[f64]; NODES] = [&[]; NODES];
         for (a, increment) in increments.iter_mut().enumerate() {
-            let Place { index, age, .. } = Place::before(k, a, self.sub_steps.len());
+            let SubStepPlace { index, age, .. } = SubStepPlace::before(k, a, self.sub_steps.len());
             *increment = (age < self.sub_steps[index].count).then(|| self.increment(index, age))?;
         }
-        Some(Before { weights, increments })
+        Some(SubStepBefore { weights, increments })
     }
 
     /// Remembers the increment of sub-step `k`; a change of `h` starts the history anew. After a
     /// failure of the extrapolation (`anew`) only this increment is known of the sub-step.
     pub fn remember(&mut self, k: usize, h: f64, anew: bool, u: &[f64]) {
-        let Known { h: before, count, .. } = self.sub_steps[k];
+        let KnownSubStep { h: before, count, .. } = self.sub_steps[k];
         if count > 0 && before.to_bits() != h.to_bits() {
             self.clear();
         }
@@ -235,7 +235,7 @@ impl History {
         if known.h.to_bits() != h.to_bits() {
             self.weights.clear();
         }
-        *known = Known { h, count: count.min(DEPTH), newest: 0 };
+        *known = KnownSubStep { h, count: count.min(DEPTH), newest: 0 };
         for age in 0..known.count {
             let place = (k * DEPTH + age) * self.unknowns;
             write(age, &mut self.increments[place..place + self.unknowns]);
@@ -250,12 +250,12 @@ impl History {
 }
 
 /// Increments of the sub-steps before, the last one first.
-struct Before<'a> {
+struct SubStepBefore<'a> {
     weights: &'a Weights,
     increments: [&'a [f64]; NODES],
 }
 
-impl Before<'_> {
+impl SubStepBefore<'_> {
     /// The guess of degree 2 (`part` 0), or what degree 3 adds (1), of the unknowns from `first`
     /// on.
     #[inline(always)]
@@ -277,7 +277,7 @@ fn fit<T: Register>(
     lanes: T,
     increments: &[&[f64]; DEPTH],
     counts: RangeInclusive<usize>,
-    before: Option<&Before<'_>>,
+    before: Option<&SubStepBefore<'_>>,
     out: &mut [f64],
 ) {
     let (zero, width) = (lanes.splat(0.0), T::Lanes::COUNT);
@@ -365,7 +365,7 @@ mod tests {
     #[test]
     fn cubic_increments_are_predicted_exactly() {
         let u = |k: f64| 1.0 + k * (2.0 - k * (0.5 - 0.25 * k));
-        let mut history = History::new(1, 2);
+        let mut history = IncrementHistory::new(1, 2);
         let mut guess = [f64::NAN];
         assert!(!history.predict(1, 0.1, Degree::Cubic, &mut guess), "nothing known yet");
         for k in 0..4 {
@@ -383,7 +383,7 @@ mod tests {
     #[test]
     fn the_degree_fits_the_increments() {
         let missed = |u: &dyn Fn(f64) -> f64| {
-            let mut history = History::new(1, 1);
+            let mut history = IncrementHistory::new(1, 1);
             (0..9).for_each(|k| history.remember(0, 0.1, false, &[u(f64::from(k))]));
             let mut guess = [f64::NAN];
             history.predict(0, 0.1, Degree::Fitting, &mut guess);
@@ -403,7 +403,7 @@ mod tests {
     fn sub_steps_before_a_change_of_the_step_are_forgotten() {
         let gammas = Composition::Suzuki5.gammas();
         let q = |t: f64| t * (1.0 + t * (0.7 - t * (0.4 + 0.3 * t)));
-        let (mut history, mut t) = (History::default(), 0.0);
+        let (mut history, mut t) = (IncrementHistory::default(), 0.0);
         for h in [0.25, 0.2] {
             let mut known = 0;
             for macro_step in 0..4 {
@@ -425,7 +425,7 @@ mod tests {
     #[test]
     fn numbers_without_a_course_around_zero_are_left_out() {
         let guess = |u: &dyn Fn(f64) -> f64, count: u32| {
-            let mut history = History::new(1, 1);
+            let mut history = IncrementHistory::new(1, 1);
             (0..count).for_each(|k| history.remember(0, 0.1, false, &[u(f64::from(k))]));
             let mut guess = [f64::NAN];
             history.predict(0, 0.1, Degree::Correcting, &mut guess);
@@ -442,7 +442,7 @@ mod tests {
             let (t, sign) = (f64::from(k), if k % 2 == 0 { 1.0 } else { -1.0 });
             [1.0 + t * (2.0 - 0.5 * t), 0.3 + t * (0.7 - 0.2 * t) + 5.0 * sign]
         };
-        let mut history = History::new(2, 1).alternating(1..2);
+        let mut history = IncrementHistory::new(2, 1).alternating(1..2);
         let mut guess = [f64::NAN; 2];
         let mut off = Vec::new();
         for k in 0..5 {

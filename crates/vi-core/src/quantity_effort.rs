@@ -14,7 +14,7 @@ use crate::interval::Interval;
 
 /// What a quantity depends on in a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Quantity {
+pub enum StepQuantity {
     /// Nothing: time, what is held.
     Fixed,
     /// It is a coordinate that is an unknown of the step, up to its sign.
@@ -32,7 +32,7 @@ pub trait QuantityEffort {
     /// How many quantities it reads.
     fn count(&self) -> usize;
     /// What the quantity `j` is.
-    fn quantity(&self, j: usize) -> Quantity;
+    fn quantity(&self, j: usize) -> StepQuantity;
     /// The quantity `j`, a coordinate, at `q_n`; with its revolutions where it is an angle.
     fn at_start(&self, j: usize, at: Configuration<'_>) -> f64;
     /// The quantity `j` in a step; of a fixed one the end is not read.

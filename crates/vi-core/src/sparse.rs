@@ -198,13 +198,13 @@ fn by_columns(entries: &[(usize, usize, f64)], columns: usize) -> Vec<usize> {
 
 /// Writes the numbers of a matrix in the order of its assembly.
 #[derive(Debug)]
-pub struct Replay<'a> {
+pub struct ReplayEntries<'a> {
     values: &'a mut [f64],
     slots: &'a [usize],
     next: usize,
 }
 
-impl Entries for Replay<'_> {
+impl Entries for ReplayEntries<'_> {
     #[inline]
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
         self.values[self.slots[self.next]] += value;
@@ -258,10 +258,10 @@ impl SparseMatrix {
     }
 
     /// The same where `emit` is compiled for this sink.
-    pub fn refill_with(&mut self, emit: impl FnOnce(&mut Replay<'_>)) {
+    pub fn refill_with(&mut self, emit: impl FnOnce(&mut ReplayEntries<'_>)) {
         let values = self.matrix.data_mut();
         values.fill(0.0);
-        let mut replay = Replay { values, slots: &self.slots, next: 0 };
+        let mut replay = ReplayEntries { values, slots: &self.slots, next: 0 };
         emit(&mut replay);
         debug_assert_eq!(replay.next, self.slots.len(), "emission shorter than at assembly");
     }

@@ -4,7 +4,7 @@ use crate::compensation::Compensation;
 use crate::contact_state::ContactState;
 use crate::discrete_lagrangian::DiscreteLagrangian;
 use crate::interval::Interval;
-use crate::predictor::History;
+use crate::predictor::IncrementHistory;
 use serde::{Deserialize, Serialize};
 
 /// Time, configuration and the momentum `p̄_n = D_2 L_d(q_{n-1}, q_n) + f_d^+` of the last step (at
@@ -43,7 +43,7 @@ pub struct State {
     /// Rounding errors that the next step takes into account.
     pub compensation: Compensation,
     /// Increments of the last steps, from which initial guesses are extrapolated.
-    pub history: History,
+    pub history: IncrementHistory,
     /// What a scheme needs of the last step beside its increments.
     pub memory: Memory,
     /// What contacts remember; empty without contacts.
@@ -68,7 +68,7 @@ pub struct Memory {
     /// By how much the polynomials of the last steps missed the steps after them, for Galerkin
     /// schemes.
     #[serde(default)]
-    pub misses: History,
+    pub misses: IncrementHistory,
 }
 
 impl Memory {

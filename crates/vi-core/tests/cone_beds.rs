@@ -91,7 +91,7 @@ fn impulses_of_the_pass_before_lead_to_those_of_the_next_in_few_steps() {
             let repeated =
                 Repeated { first: 1e3, within, enough: within, afresh: true, central: true };
             let (w, impulse) = (problem.w.as_slice(), lambda.as_mut_slice());
-            let report = solver.follow(&problem.cones, L, (w, repeated), impulse).unwrap();
+            let report = solver.follow(&problem.cones, L, w, repeated, impulse).unwrap();
             let laws = problem.violation(&lambda);
             println!("{k} rows, seed {seed}, to {part:e}: {report:?}, laws {laws:.1e}");
             assert!(report.left <= within, "{report:?}");
@@ -141,7 +141,7 @@ fn beds_of_spheres_obey_the_laws() {
                 central: false,
             };
             let mut follow = || {
-                let report = solver.follow(&problem.cones, L, (w, repeated), impulse).unwrap();
+                let report = solver.follow(&problem.cones, L, w, repeated, impulse).unwrap();
                 steps_in_all += report.steps;
                 report
             };

@@ -44,7 +44,7 @@ impl Touching {
         let steps = (0..60).map(|step| {
             let rho = 10_f64.powi(1 + step.min(4));
             let given = lambda.to_vec();
-            solver.step(&self.cones, L, (self.w.as_slice(), rho), (&given, lambda)).unwrap().steps
+            solver.step(&self.cones, L, self.w.as_slice(), rho, &given, lambda).unwrap().steps
         });
         steps.max().unwrap()
     }
@@ -106,6 +106,6 @@ fn what_is_no_number_is_refused() {
     let L = SparseRows { ends: &[1], places: &[0], values: &[1.0] };
     let mut lambda = [0.0];
     let (w, given) = (&[f64::NAN], &[0.0]);
-    let out = ConvexSolver::default().step(&[Cone::Normal], L, (w, 1.0), (given, &mut lambda));
+    let out = ConvexSolver::default().step(&[Cone::Normal], L, w, 1.0, given, &mut lambda);
     assert_eq!(out, Err(ConeFault::NotFinite));
 }

@@ -21,11 +21,11 @@ use crate::em_system::{EmSystem, Velocity};
 use crate::scheme::advance_state;
 use std::ops::Range;
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::{self, coordinates_and_multipliers};
 use vi_core::MechanicalSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Fault, Newton, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -39,7 +39,7 @@ pub struct EmConstrained {
     mu: Vec<f64>,                   // m  h²λ over all constraints
     jacobian: Option<SparseMatrix>, // m × n  Ḡ
     saddle: SaddlePoint,
-    blocks: [Block; 2],
+    blocks: [UnknownBlock; 2],
 }
 
 impl EmConstrained {
@@ -60,7 +60,7 @@ impl EmConstrained {
 }
 
 impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -146,8 +146,8 @@ impl<C: DiscreteConstraints> Scheme<EmSystem, C> for EmConstrained {
         &mut self.s
     }
 
-    fn condition(&mut self, _system: &EmSystem, _: &C, _x: &[f64]) -> Option<Condition> {
-        Condition::of_saddle_point(&self.saddle, &self.s)
+    fn condition(&mut self, _system: &EmSystem, _: &C, _x: &[f64]) -> Option<ConditionNumbers> {
+        ConditionNumbers::of_saddle_point(&self.saddle, &self.s)
     }
 }
 

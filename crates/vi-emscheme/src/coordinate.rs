@@ -24,11 +24,11 @@
 
 use vi_core::interval::Interval;
 use vi_core::sparse::Entries;
-use vi_multibody::form::Row;
+use vi_multibody::form::BilinearRow;
 use vi_multibody::joint_coordinate::{JointCoordinate, SharedAxis, Value};
 
 /// `Dg(q_{n+1/2})·Δq = Δg` of a product of forms, to its own relative precision.
-fn change(row: &Row, s: &Interval) -> f64 {
+fn change(row: &BilinearRow, s: &Interval) -> f64 {
     let mut sum = 0.0;
     row.for_each_slope(&s.q_mid, |i, slope| sum += slope * s.dq[i]);
     sum
@@ -49,16 +49,16 @@ fn turn_factor(psi: f64) -> (f64, f64) {
 
 /// An angle by one vector of the child over an interval.
 struct IntervalAngle<'a> {
-    rows: [&'a Row; 2],  // s, c
-    start: [f64; 2],     // s, c at q_n
-    end: [f64; 2],       // and at q_{n+1}
-    factors: [f64; 2],   // D̄θ = factors[0] Ds + factors[1] Dc at q_{n+1/2}
-    kappa: f64,          // κ
-    kappa_end: [f64; 2], // ∂κ/∂(s, c) at q_{n+1}
+    rows: [&'a BilinearRow; 2], // s, c
+    start: [f64; 2],            // s, c at q_n
+    end: [f64; 2],              // and at q_{n+1}
+    factors: [f64; 2],          // D̄θ = factors[0] Ds + factors[1] Dc at q_{n+1/2}
+    kappa: f64,                 // κ
+    kappa_end: [f64; 2],        // ∂κ/∂(s, c) at q_{n+1}
 }
 
 impl<'a> IntervalAngle<'a> {
-    fn over([sine, cosine]: [&'a Row; 2], s: &Interval) -> Self {
+    fn over([sine, cosine]: [&'a BilinearRow; 2], s: &Interval) -> Self {
         let (s0, c0) = (sine.value(&s.q0), cosine.value(&s.q0));
         let (ds, dc) = (change(sine, s), change(cosine, s));
         let (s1, c1) = (s0 + ds, c0 + dc);
@@ -85,7 +85,7 @@ impl<'a> IntervalAngle<'a> {
     }
 
     /// Emits `left(q_{n+1/2})` times a function of `s` and `c` at `q_{n+1}` with the slopes `by`.
-    fn emit_end(&self, left: &Row, by: [f64; 2], s: &Interval, out: &mut dyn Entries) {
+    fn emit_end(&self, left: &BilinearRow, by: [f64; 2], s: &Interval, out: &mut dyn Entries) {
         for (right, weight) in self.rows.iter().zip(by) {
             left.for_each_slope(&s.q_mid, |i, a| {
                 right.for_each_slope(&s.q1, |j, b| out.add(i, j, weight * a * b));
@@ -112,12 +112,12 @@ impl<'a> IntervalAngle<'a> {
 /// An angle by both vectors of the child, with the forces within the bodies.
 struct MeanTurn<'a> {
     turns: [IntervalAngle<'a>; 2], // D̄θ_1, D̄θ_2
-    zero: &'a [Row; 3],
+    zero: &'a [BilinearRow; 3],
     weights: [f64; 3], // of the gradients of `zero`
 }
 
 impl<'a> MeanTurn<'a> {
-    fn over(rows: [&'a Row; 2], axis: &'a SharedAxis, s: &Interval) -> Self {
+    fn over(rows: [&'a BilinearRow; 2], axis: &'a SharedAxis, s: &Interval) -> Self {
         let turns = [rows, [&axis.sine, &axis.cosine]].map(|rows| IntervalAngle::over(rows, s));
         let ([s0, c0], [s1, c1]) = (turns[0].start, turns[0].end);
         let weights = [0.5, 0.5 * (c0 * c1 - s0 * s1), 0.5 * (s0 * c1 + c0 * s1)];

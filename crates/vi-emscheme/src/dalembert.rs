@@ -18,11 +18,11 @@ use crate::null_space::DiscreteNullSpace;
 use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::{position_floor, rotation};
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonError, Precision};
+use vi_core::newton::{BlockKind, Fault, Newton, NewtonError, Precision, UnknownBlock};
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -34,7 +34,7 @@ pub struct EmDalembert<N> {
     g: Vec<f64>,          // m
     matrix: DMatrix<f64>, // n × n
     lu: DenseLu,
-    blocks: [Block; 1],
+    blocks: [UnknownBlock; 1],
     units: Vec<f64>, // n  of the coordinates, from the first step on
 }
 
@@ -48,7 +48,7 @@ impl<N> EmDalembert<N> {
             g: vec![0.0; m],
             matrix: DMatrix::zeros(n, n),
             lu: DenseLu::new(n),
-            blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
+            blocks: [UnknownBlock { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
             units: Vec::new(),
         }
     }
@@ -62,7 +62,7 @@ impl<N> EmDalembert<N> {
 }
 
 impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for EmDalembert<N> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -159,8 +159,8 @@ impl<C: DiscreteConstraints, N: DiscreteNullSpace<C>> Scheme<EmSystem, C> for Em
         &mut self.balance.s
     }
 
-    fn condition(&mut self, _system: &EmSystem, _: &C, _x: &[f64]) -> Option<Condition> {
+    fn condition(&mut self, _system: &EmSystem, _: &C, _x: &[f64]) -> Option<ConditionNumbers> {
         let Balance { null_space, s, .. } = &self.balance;
-        Some(Condition::of_scaled_rows(&self.matrix, null_space.ncols(), s.h))
+        Some(ConditionNumbers::of_scaled_rows(&self.matrix, null_space.ncols(), s.h))
     }
 }

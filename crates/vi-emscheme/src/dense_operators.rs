@@ -12,7 +12,7 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -22,7 +22,7 @@ pub struct DenseOperators<N, R> {
     source: N,
     map: R,
     linearization: EmLinearization,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     loops: Option<LoopClosure>,
     null_space: DMatrix<f64>,      // n × d  P̄; on loops with fewer columns
     push: DMatrix<f64>,            // n × d  ∂F_d/∂u
@@ -62,7 +62,7 @@ impl<N, R: Reparametrization> DenseOperators<N, R> {
     /// On closed loops: the map is that of the spanning tree; `blocks`: units and scales of its
     /// increments.
     #[must_use]
-    pub fn on_loops(mut self, loops: LoopClosure, blocks: Vec<Block>) -> Self {
+    pub fn on_loops(mut self, loops: LoopClosure, blocks: Vec<UnknownBlock>) -> Self {
         let n = self.null_space.nrows();
         let d = n - loops.rows().len();
         self.null_space = DMatrix::zeros(n, d);
@@ -90,7 +90,7 @@ where
     N: DiscreteNullSpace<C>,
     R: Reparametrization,
 {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

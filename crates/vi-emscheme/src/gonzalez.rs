@@ -33,17 +33,17 @@ pub struct Gonzalez<V> {
 }
 
 thread_local! {
-    static SCRATCH: RefCell<Scratch> = RefCell::default();
+    static SCRATCH: RefCell<GonzalezScratch> = RefCell::default();
 }
 
 #[derive(Default, Debug)]
-struct Scratch {
+struct GonzalezScratch {
     mid: Vec<f64>,   // n  ∇V(q_{n+1/2})
     other: Vec<f64>, // n  ∇V at another point, then ∂e/∂q_{n+1}
     q: Vec<f64>,     // n
 }
 
-impl Scratch {
+impl GonzalezScratch {
     fn fit(&mut self, n: usize) {
         for x in [&mut self.mid, &mut self.other, &mut self.q] {
             x.resize(n, 0.0);
@@ -81,7 +81,7 @@ impl<V: Potential> Gonzalez<V> {
     }
 
     /// `e`, and `∇V(q_{n+1/2})` in `work.mid`.
-    fn defect(&self, s: &Interval, work: &mut Scratch) -> f64 {
+    fn defect(&self, s: &Interval, work: &mut GonzalezScratch) -> f64 {
         work.mid.fill(0.0);
         self.potential.add_gradient(&s.q_mid, 1.0, &mut work.mid);
         work.other.fill(0.0);
@@ -100,7 +100,7 @@ impl<V: Potential> Gonzalez<V> {
     }
 
     /// `work.other ← ∂e/∂q_{n+1}`; zero where it is round-off.
-    fn defect_derivative(&self, s: &Interval, work: &mut Scratch) {
+    fn defect_derivative(&self, s: &Interval, work: &mut GonzalezScratch) {
         let end = &mut work.other;
         end.fill(0.0);
         self.potential.add_gradient(&s.q1, 1.0, end);
@@ -134,7 +134,7 @@ impl<V: Potential> DiscreteGradient for Gonzalez<V> {
 }
 
 impl<V: Potential> Gonzalez<V> {
-    fn add_with(&self, work: &mut Scratch, s: &Interval, scale: f64, out: &mut [f64]) {
+    fn add_with(&self, work: &mut GonzalezScratch, s: &Interval, scale: f64, out: &mut [f64]) {
         work.fit(self.n);
         let defect = self.defect(s, work);
         let square = self.dot(&s.dq, &s.dq);
@@ -146,7 +146,7 @@ impl<V: Potential> Gonzalez<V> {
 
     fn add_derivative_with(
         &self,
-        work: &mut Scratch,
+        work: &mut GonzalezScratch,
         s: &Interval,
         scale: f64,
         out: &mut dyn Entries,

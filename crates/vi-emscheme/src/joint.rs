@@ -14,7 +14,7 @@ use vi_core::interval::Interval;
 use vi_core::potential::DiscretePotential;
 use vi_core::sparse::Entries;
 use vi_core::{Configuration, Motion};
-use vi_multibody::joint_coordinate::Change;
+use vi_multibody::joint_coordinate::CoordinateChange;
 use vi_multibody::joint_force::{EffortSlopes, JointForce, JointLaw, JointSpring};
 
 impl DiscreteGradient for JointSpring {
@@ -41,18 +41,18 @@ impl DiscreteGradient for JointSpring {
 
 impl<L: JointLaw> MidpointLoad for JointForce<L> {
     fn add(&self, s: &Interval, scale: f64, out: &mut [f64]) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let effort = self.law.effort(s.t_mid(), mean, difference / s.h);
         coordinate::add_slope(&self.coordinate, s, scale * effort, out);
     }
 
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         self.law.effort(s.t_mid(), mean, difference / s.h) * difference // D̄θ·Δq = Δθ
     }
 
     fn add_derivative(&self, s: &Interval, scale: f64, out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
         let EffortSlopes { by_coordinate, by_rate } = self.law.slopes(t, mean, rate);
         let slope = 0.5 * by_coordinate + by_rate / s.h;

@@ -22,11 +22,11 @@ use crate::null_space::EmLinearization;
 use crate::scheme::advance_state;
 use nalgebra::DMatrix;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::scheme::{Condition, Scheme, StepError, SubStep};
+use vi_constraints::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
 use vi_core::linear::{condition_number, norm_inf};
-use vi_core::newton::{Block, BlockKind, Fault, Newton, Precision, largest_rotation};
+use vi_core::newton::{BlockKind, Fault, Newton, Precision, UnknownBlock, largest_rotation};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 use vi_multibody::tree_multipliers::TreeMultipliers;
@@ -47,7 +47,7 @@ pub struct EmIterate<'a> {
 /// Call order in an iteration: `reparametrize`, `pull_back`, `solve`.
 pub trait EmOperators<C>: Send {
     /// Units and scales of the increments `u`.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Opens a step at a state.
     fn begin(&mut self, _step: SubStep, _state: &mut State) {}
     /// Writes `s.q1 = F_d(u, s.q0)` and `s.dq`, closes the interval and takes its `P̄`.
@@ -137,7 +137,7 @@ impl<O> EmNodal<O> {
 }
 
 impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<O> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.increments.blocks()
     }
 
@@ -199,7 +199,7 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
     fn equation_sizes(&mut self, _constraints: &C, _x: &[f64]) -> Option<Vec<f64>> {
         let place = norm_inf(&self.balance.s.q1);
         let mut sizes = vec![0.0; self.blocks().iter().map(|own| own.range.end).max()?];
-        for Block { kind, range, .. } in self.increments.blocks() {
+        for UnknownBlock { kind, range, .. } in self.increments.blocks() {
             let size = match kind {
                 BlockKind::Position => place,
                 BlockKind::Rotation => 1.0,
@@ -255,8 +255,8 @@ impl<C: DiscreteConstraints, O: EmOperators<C>> Scheme<EmSystem, C> for EmNodal<
         &mut self.balance.s
     }
 
-    fn condition(&mut self, _system: &EmSystem, _: &C, _u: &[f64]) -> Option<Condition> {
-        Some(Condition::unscaled(condition_number(&self.operators.matrix())))
+    fn condition(&mut self, _system: &EmSystem, _: &C, _u: &[f64]) -> Option<ConditionNumbers> {
+        Some(ConditionNumbers::unscaled(condition_number(&self.operators.matrix())))
     }
 }
 

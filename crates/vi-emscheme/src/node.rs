@@ -183,7 +183,8 @@ impl<C: DiscreteConstraints> ObserveNode<EmSystem, C> for EmObserver {
         &mut self,
         system: &EmSystem,
         constraints: &C,
-        (state, _): (&State, &[f64]),
+        state: &State,
+        _impulse: &[f64],
         _h: f64,
     ) -> Result<&Node, Singular> {
         self.read_state(system, constraints, state);

@@ -41,9 +41,9 @@ use vi_multibody::joint::JointConfiguration;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::columns::{Act, Axis};
 use vi_multibody::pair::constraints::PairConstraint;
-use vi_multibody::pair::{MAX_DOF, Transfer, Twist, VelocityMap};
+use vi_multibody::pair::{MAX_DOF, Twist, TwistTransfer, VelocityMap};
 use vi_multibody::particle::ParticleTree;
-use vi_multibody::tree::{Link, Tree};
+use vi_multibody::tree::{Tree, TreeLink};
 
 /// How the Newton matrix of the nodal form takes the derivative of `P̄` into account; the roots are
 /// the same.
@@ -204,7 +204,7 @@ impl AveragedTree {
         let links = tree.links().len();
         Some(Self {
             reversed: tree.links().iter().map(|link| !joints.contains(&link.joint)).collect(),
-            maps: vec![VelocityMap::new(Transfer::None, &[]); links],
+            maps: vec![VelocityMap::new(TwistTransfer::None, &[]); links],
             twists: vec![Twist::zero(); links],
             nu: vec![0.0; tree.dof()],
             shifted: Vec::new(),
@@ -246,7 +246,7 @@ fn is_averaged(kind: PairKind) -> bool {
 }
 
 /// `X̄`, `S̄` at the averaged configuration.
-fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> VelocityMap {
+fn averaged_map(link: &TreeLink, reversed: bool, at: &JointConfiguration) -> VelocityMap {
     let properties = link.joint.kind.properties();
     let columns = properties.motion.columns();
     if columns.iter().all(|column| column.act != Act::Slide) {
@@ -263,7 +263,7 @@ fn averaged_map(link: &Link, reversed: bool, at: &JointConfiguration) -> Velocit
             _ => Twist::new(arm.cross(&axis(i)), axis(i)),
         };
     }
-    VelocityMap::new(Transfer::Rigid(at.c()), &twists[..columns.len()])
+    VelocityMap::new(TwistTransfer::Rigid(at.c()), &twists[..columns.len()])
 }
 
 impl<C> DiscreteNullSpace<C> for AveragedTree {

@@ -22,7 +22,7 @@ use vi_core::MechanicalSystem;
 use vi_core::sparse::Entries;
 use vi_multibody::closed_loop::with_floors;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::{Loops, begun, has_many_ancestors};
+use vi_multibody::run::{IndependentLoops, begun, has_many_ancestors};
 use vi_multibody::tree_map::TreeMap;
 use vi_multibody::tree_multipliers::TreeMultipliers;
 
@@ -63,7 +63,7 @@ pub fn integrator_at(
     if mechanism.has_velocity_constraints() {
         return Err(SetupError::VelocityConstraints.into());
     }
-    let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let loops = IndependentLoops::find(&mechanism, at.t, at.q)?;
     let mechanism = mechanism.accepting(loops.nearly_redundant());
     let start = loops.singular_start(&system, &mechanism, at, options.scheme == EmForm::Nodal)?;
     let at = start.as_ref().map_or(at, |start| InitialValues { q: &start.q, v: &start.v, ..at });
@@ -178,7 +178,7 @@ fn nodal_on_tree(
 /// `em-nodal` with the unknowns of the spanning tree.
 fn nodal_on_loops(
     mechanism: &Mechanism,
-    loops: &Loops,
+    loops: &IndependentLoops,
     algebra: EmAlgebra,
     at: InitialValues<'_>,
 ) -> Result<BoxedEmScheme<Mechanism>, EmSetupError> {

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 use vi_constraints::NodalOperators;
 use vi_constraints::scheme::SubStep;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 use vi_multibody::mechanism::Mechanism;
@@ -53,7 +53,7 @@ impl SparseOperators {
 }
 
 impl<C> EmOperators<C> for SparseOperators {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.sparse.blocks()
     }
 

@@ -108,4 +108,4 @@ pub use joint_motion::JointMotion;
 pub use mechanism::{Description, Mechanism};
 pub use pair::PairKind;
 pub use pair::joint::{FrameId, Joint, Side};
-pub use reaction::{NodeReactions, Reaction, ReactionObserver, Reactions, Tension};
+pub use reaction::{BarTension, NodeReactions, Reaction, ReactionObserver, Reactions};

@@ -14,7 +14,7 @@ use vi_constraints::{Constraints, Reparametrization};
 use vi_core::galerkin::Stages;
 use vi_core::interval::Interval;
 use vi_core::lanes::{Plain, Register, Twice};
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{BlockKind, Fault, UnknownBlock};
 use vi_core::{Quadrature, SeparableSystem, State};
 use vi_multibody::form::Form;
 use vi_multibody::mechanism::Mechanism;
@@ -25,7 +25,7 @@ use vi_multibody::tree_sweeps::TreeSweeps;
 /// Dense matrices with rows in `P(q_j)`, columns in `∂F_d/∂u`.
 struct DenseRows {
     map: TreeMap,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     bases: [DMatrix<f64>; 2],
     newton: Vec<DenseNewton>,
 }
@@ -44,7 +44,7 @@ impl ControlPointOperators for DenseRows {
         self.map.dof()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -14,7 +14,7 @@ use vi_core::num_dual::Dual64;
 use vi_core::{Configuration, DiscreteLagrangian, Interval, Quadrature, State};
 use vi_multibody::builder::{ElementForce, Inertia, MechanismBuilder};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError};
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::design::{
     BarTangent, BodyTangent, EffortChange, JointTangent, MechanismDesign, MechanismTangent,
     ScalarTangent, SpringTangent, WholeForce,
@@ -468,7 +468,7 @@ fn velocities_of_nodes_have_their_derivatives() {
         let list = tangents(&built.0, &built.1);
         let all: Vec<_> = list.iter().map(|own| own.1.clone()).collect();
         let state = |q: &[f64], p: &[f64]| State::new(0.3, q.to_vec(), p.to_vec());
-        let mut node = NodeVelocity::new(&built.0, &rows, &all).unwrap();
+        let mut node = DifferentiatedVelocity::new(&built.0, &rows, &all).unwrap();
         let none = vec![0.0; n];
         let nothing = MechanismTangent::default();
         let alone = [(None, &dq, &none), (None, &none, &dp)];
@@ -487,7 +487,7 @@ fn velocities_of_nodes_have_their_derivatives() {
                 let add = |x: &[f64], by: &[f64]| -> Vec<f64> {
                     x.iter().zip(by).map(|(x, by)| x + e * by).collect()
                 };
-                let mut node = NodeVelocity::new(&moved, &rows, &[]).unwrap();
+                let mut node = DifferentiatedVelocity::new(&moved, &rows, &[]).unwrap();
                 let v = node.find(
                     &moved,
                     NodeMass::Constant(&mass(&moved)),

@@ -23,7 +23,7 @@ use crate::{null_space, reparametrization};
 use nalgebra::{DMatrix, Matrix3, SMatrix, Vector3};
 use vi_constraints::{Constraints, Reparametrization};
 use vi_core::Configuration;
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{BlockKind, Fault, UnknownBlock};
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Interval, SeparableSystem, State};
@@ -196,8 +196,8 @@ impl Reparametrization for SingleBody {
         }
     }
 
-    fn blocks(&self) -> Vec<Block> {
-        let block = |kind, range| Block { kind, range, floor: INCREMENT_FLOOR };
+    fn blocks(&self) -> Vec<UnknownBlock> {
+        let block = |kind, range| UnknownBlock { kind, range, floor: INCREMENT_FLOOR };
         match self.support {
             Support::Free => {
                 vec![block(BlockKind::Position, 0..3), block(BlockKind::Rotation, 3..6)]

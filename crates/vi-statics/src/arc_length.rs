@@ -19,7 +19,9 @@ use crate::path::{Equilibrium, StaticError, StaticPath};
 use crate::problem::StaticProblem;
 use crate::step_bounds::{StepBounds, StepFailure};
 use serde::{Deserialize, Serialize};
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision};
+use vi_core::newton::{
+    BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision, UnknownBlock,
+};
 
 /// How to follow a path.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -62,22 +64,22 @@ impl Default for ArcLengthSettings {
 const LOCATED: f64 = 1e-3;
 
 /// The unit tangent of the path.
-pub(crate) struct Tangent {
+pub(crate) struct PathTangent {
     pub(crate) a: Vec<f64>, // d, divided by s²
     pub(crate) b: f64,      // divided by T²
 }
 
 pub(crate) struct Bordered<'a> {
-    pub(crate) blocks: &'a [Block],
+    pub(crate) blocks: &'a [UnknownBlock],
     pub(crate) work: &'a mut EquilibriumEquations,
-    pub(crate) tangent: &'a Tangent,
+    pub(crate) tangent: &'a PathTangent,
     pub(crate) length: f64, // Δs
     pub(crate) last: f64,   // t_last
     pub(crate) column: &'a mut [f64],
 }
 
 impl NewtonProblem for Bordered<'_> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.blocks
     }
 
@@ -97,7 +99,7 @@ impl NewtonProblem for Bordered<'_> {
         self.work.solve(self.column)?; // K⁻¹ ∂r/∂t
         let (du, arc) = dx.split_at_mut(rest);
         self.work.solve(du)?; // K⁻¹ r
-        let Tangent { a, b } = self.tangent;
+        let PathTangent { a, b } = self.tangent;
         let change = (arc[0] - dot(a, du)) / (b - dot(a, self.column));
         arc[0] = change;
         du.iter_mut().zip(&*self.column).for_each(|(x, y)| *x -= change * y);
@@ -114,7 +116,7 @@ impl NewtonProblem for Bordered<'_> {
 pub struct Continuation {
     settings: ArcLengthSettings,
     newton: Newton,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     x: Vec<f64>,        // (u, μ, t − t_last)
     column: Vec<f64>,   // ∂r/∂t and the like
     forwards: Vec<f64>, // the last step
@@ -257,7 +259,7 @@ impl StaticProblem {
 
     /// Whether the load turns back between the last two equilibria, at a limit point: there the
     /// number of unstable directions changes along the path.
-    fn turns(&mut self, path: &mut Continuation, last: &Tangent) -> bool {
+    fn turns(&mut self, path: &mut Continuation, last: &PathTangent) -> bool {
         let forwards = path.x.clone();
         let next = self.path_tangent(&forwards, path.settings.full_load, &mut path.column);
         next.is_ok_and(|next| next.b * last.b < 0.0)
@@ -266,7 +268,7 @@ impl StaticProblem {
     fn arc_step(
         &mut self,
         path: &mut Continuation,
-        tangent: &Tangent,
+        tangent: &PathTangent,
     ) -> Result<Equilibrium, StepFailure> {
         let (d, rest, last) = (self.work.unknowns(), self.x.len(), self.work.t);
         let Continuation { settings, newton, blocks, x, column, length, .. } = path;
@@ -307,7 +309,7 @@ impl StaticProblem {
         forwards: &[f64],
         full: f64,
         column: &mut [f64],
-    ) -> Result<Tangent, Fault> {
+    ) -> Result<PathTangent, Fault> {
         let d = self.work.unknowns();
         self.x[..d].fill(0.0);
         self.x[d..].copy_from_slice(&self.mu);
@@ -321,7 +323,7 @@ impl StaticProblem {
         let along = dot(&scaled, &forwards[..d]) + forwards[forwards.len() - 1] / (full * full);
         let size = square.sqrt().copysign(along);
         let b = 1.0 / (full * full * size);
-        Ok(Tangent { a: scaled.iter().map(|a| a / size).collect(), b })
+        Ok(PathTangent { a: scaled.iter().map(|a| a / size).collect(), b })
     }
 
     /// `s²` of each unknown: of the size for lengths, 1 for angles, both times `d`.
@@ -332,11 +334,11 @@ impl StaticProblem {
         self.work.metric().iter().map(|s| many * size * size / s).collect()
     }
 
-    pub(crate) fn arc_blocks(&self, full: f64) -> Vec<Block> {
+    pub(crate) fn arc_blocks(&self, full: f64) -> Vec<UnknownBlock> {
         let rest = self.x.len();
         let mut blocks = self.blocks.clone();
         let range = rest..rest + 1;
-        blocks.push(Block { kind: BlockKind::Multiplier, range, floor: 1e-5 * full });
+        blocks.push(UnknownBlock { kind: BlockKind::Multiplier, range, floor: 1e-5 * full });
         blocks
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! Source: H. B. Keller, in: Applications of Bifurcation Theory (1977) 359–384; theory §6.9.
 
-use crate::arc_length::{Bordered, Tangent};
+use crate::arc_length::{Bordered, PathTangent};
 use crate::path::Equilibrium;
 use crate::problem::StaticProblem;
 use crate::step_bounds::StepFailure;
@@ -34,7 +34,7 @@ impl StaticProblem {
         let length = AMPLITUDE * self.work.size();
         let metric = self.work.metric();
         let a = phi.iter().zip(metric).map(|(phi, s)| s * phi / d.max(1) as f64).collect();
-        let tangent = Tangent { a, b: 0.0 };
+        let tangent = PathTangent { a, b: 0.0 };
         let blocks = self.arc_blocks(full);
         let mut newton = Newton::new(rest + 1, self.newton.settings);
         let (mut x, mut column) = (vec![0.0; rest + 1], vec![0.0; rest]);

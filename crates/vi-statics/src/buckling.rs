@@ -133,7 +133,7 @@ impl StaticProblem {
         &mut self,
         pencil: &mut Pencil,
         K_1: &SparseMatrix,
-        found: &Subspace,
+        found: &BucklingSubspace,
         count: usize,
     ) -> Result<Buckling, BucklingError> {
         let X = &found.X;
@@ -144,9 +144,9 @@ impl StaticProblem {
             if !real.theta.iter().any(|theta| *theta > 0.0) {
                 return Err(BucklingError::NoPotential(asymmetry));
             }
-            return self.listed(pencil, K_1, &real, (count, asymmetry));
+            return self.listed(pencil, K_1, &real, count, asymmetry);
         }
-        self.listed(pencil, K_1, found, (count, 0.0))
+        self.listed(pencil, K_1, found, count, 0.0)
     }
 
     /// The lowest loads of real `θ`.
@@ -154,10 +154,11 @@ impl StaticProblem {
         &mut self,
         pencil: &mut Pencil,
         K_1: &SparseMatrix,
-        found: &Subspace,
-        (count, asymmetry): (usize, f64),
+        found: &BucklingSubspace,
+        count: usize,
+        asymmetry: f64,
     ) -> Result<Buckling, BucklingError> {
-        let Subspace { theta, X } = found;
+        let BucklingSubspace { theta, X } = found;
         let small = found.rounding();
         let mut order: Vec<usize> = (0..theta.len()).filter(|&k| theta[k] > small).collect();
         order.sort_by(|&i, &j| theta[j].total_cmp(&theta[i]));
@@ -179,12 +180,12 @@ impl StaticProblem {
 }
 
 /// `−K_1 X = K_0 X diag(θ)` in a subspace; the largest `|θ|` first, `XᵀK_0X = 1`.
-struct Subspace {
+struct BucklingSubspace {
     theta: Vec<f64>,
     X: DMatrix<f64>,
 }
 
-impl Subspace {
+impl BucklingSubspace {
     fn largest(&self) -> f64 {
         self.theta.iter().fold(0.0, |largest: f64, theta| largest.max(theta.abs()))
     }
@@ -213,7 +214,7 @@ fn subspace(
     pencil: &mut Pencil,
     K_1: &SparseMatrix,
     block: usize,
-) -> Result<Subspace, BucklingError> {
+) -> Result<BucklingSubspace, BucklingError> {
     let d = K_1.shape().0;
     let none = DMatrix::zeros(d, 0);
     let mut X = DMatrix::from_fn(d, block, |i, k| {
@@ -247,7 +248,7 @@ fn subspace(
             break;
         }
     }
-    Ok(Subspace { theta: last, X })
+    Ok(BucklingSubspace { theta: last, X })
 }
 
 /// The real `θ` among the largest of `−K_1 x = θ K_0 x` that is not symmetric, and their `x`: an
@@ -256,7 +257,7 @@ fn divergence(
     pencil: &mut Pencil,
     K_1: &SparseMatrix,
     block: usize,
-) -> Result<Subspace, BucklingError> {
+) -> Result<BucklingSubspace, BucklingError> {
     let d = K_1.shape().0;
     let none = DMatrix::zeros(d, 0);
     let begin = DMatrix::from_fn(d, block, |i, k| {
@@ -286,7 +287,7 @@ fn divergence(
 }
 
 /// The real ones of the larger half of the eigenvalues of `H`, with `Y` times their vectors.
-fn real_part(H: &DMatrix<f64>, Y: &DMatrix<f64>, values: &[Complex<f64>]) -> Subspace {
+fn real_part(H: &DMatrix<f64>, Y: &DMatrix<f64>, values: &[Complex<f64>]) -> BucklingSubspace {
     let size = values.first().map_or(0.0, |own| own.norm());
     let is_real = |own: &&Complex<f64>| own.im.abs() <= REAL * own.norm();
     // the smaller half has not settled, and is that of the elements
@@ -304,5 +305,5 @@ fn real_part(H: &DMatrix<f64>, Y: &DMatrix<f64>, values: &[Complex<f64>]) -> Sub
         order.sort_by(|&i, &j| singular_values[i].total_cmp(&singular_values[j]));
         X.set_column(k, &(Y * v_t.row(order[same.count()]).transpose()));
     }
-    Subspace { theta, X }
+    BucklingSubspace { theta, X }
 }

@@ -42,7 +42,8 @@ pub(crate) struct Movement {
 pub(crate) fn check_constraints(
     mechanism: &Mechanism,
     [before, after]: [Configuration<'_>; 2],
-    (field, turn): (&Field, &AxisRotation),
+    field: &Field,
+    turn: &AxisRotation,
     speed: f64,
 ) -> Result<(), String> {
     let (m, n) = (mechanism.len(), before.q.len());
@@ -160,12 +161,12 @@ fn unlike(
 
 /// Which coordinates are those of points.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Places {
+pub(crate) struct PointPlaces {
     frames: usize,          // coordinates of frames
     pub(crate) size: usize, // of a block: 3, in the plane 2
 }
 
-impl Places {
+impl PointPlaces {
     pub(crate) fn of(description: &Description) -> Self {
         Self { frames: 12 * description.bodies.len(), size: description.dimension.max(2) }
     }
@@ -182,7 +183,7 @@ pub(crate) struct AxisRotation {
     point: Vector3<f64>,
     shift: Vector3<f64>,
     spins: Vec<Matrix3<f64>>, // of the directors, from the right; empty without
-    places: Places,
+    places: PointPlaces,
 }
 
 impl AxisRotation {
@@ -193,7 +194,7 @@ impl AxisRotation {
         description: &Description,
         angle: f64,
     ) -> Self {
-        let places = Places::of(description);
+        let places = PointPlaces::of(description);
         let (shift, spins) = (Vector3::zeros(), Vec::new());
         Self { angle, rotation: exp(&(angle * axis)), point, shift, spins, places }
     }
@@ -206,7 +207,7 @@ impl AxisRotation {
             point: motion.point,
             shift: time * motion.translation,
             spins: motion.spins.iter().map(|spin| exp(&(time * spin))).collect(),
-            places: Places::of(description),
+            places: PointPlaces::of(description),
         }
     }
 
@@ -256,7 +257,7 @@ impl AxisRotation {
 pub(crate) struct Field {
     W: Matrix3<f64>,
     point: Vector3<f64>,
-    places: Places,
+    places: PointPlaces,
     translation: Vector3<f64>,
     spins: Vec<Matrix3<f64>>, // ŵ of each frame; empty where none spins
 }
@@ -266,7 +267,7 @@ impl Field {
         Self {
             W: skew(&motion.velocity),
             point: motion.point,
-            places: Places::of(description),
+            places: PointPlaces::of(description),
             translation: motion.translation,
             spins: motion.spins.iter().map(skew).collect(),
         }

@@ -19,7 +19,7 @@
 #![allow(non_snake_case)] // M, C, K, F, S, B, Y, Φ
 
 use crate::first_order_terms::States;
-use crate::modes::{Linearization, ModeError};
+use crate::modes::{ModeError, StaticLinearization};
 use crate::vibrations::{MotionKind, Vibration, motion};
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::matrix_eigen::MatrixEigen;
@@ -29,7 +29,7 @@ const REDUNDANT: f64 = 1e-9;
 
 /// All small motions `x e^{λt}` of a system of first order.
 pub struct FirstOrder {
-    linear: Linearization,
+    linear: StaticLinearization,
     eigen: MatrixEigen,
     moving: Vec<(MotionKind, usize)>, // of the eigenvalues, sorted
     dof: usize,
@@ -41,7 +41,7 @@ impl std::fmt::Debug for FirstOrder {
     }
 }
 
-impl Linearization {
+impl StaticLinearization {
     /// Whether constraints on velocities or states of signals make it one of first order.
     #[must_use]
     pub fn is_of_first_order(&self) -> bool {
@@ -49,7 +49,7 @@ impl Linearization {
     }
 
     /// All motions of first order; of a system of second order the same as
-    /// [`Linearization::vibrations`].
+    /// [`StaticLinearization::vibrations`].
     ///
     /// # Errors
     /// [`ModeError`].

@@ -23,9 +23,9 @@ pub(crate) struct States {
 }
 
 /// A row of a matrix with `n` columns.
-struct Row<'a>(&'a mut [f64]);
+struct MatrixRow<'a>(&'a mut [f64]);
 
-impl Entries for Row<'_> {
+impl Entries for MatrixRow<'_> {
     fn add(&mut self, _: usize, column: usize, value: f64) {
         self.0[column] += value;
     }
@@ -48,8 +48,8 @@ impl FirstOrderTerms {
         let [mut S, mut B] = [DMatrix::zeros(count, d), DMatrix::zeros(count, d)];
         for (i, (_, row)) in work.mechanism.velocity_rows().enumerate() {
             let [mut own, mut drift] = [vec![0.0; n], vec![0.0; n]];
-            row.emit(at.q, 0, &mut Row(&mut own));
-            row.emit_drift_slope(at, &mut Row(&mut drift));
+            row.emit(at.q, 0, &mut MatrixRow(&mut own));
+            row.emit_drift_slope(at, &mut MatrixRow(&mut drift));
             let (own, drift) = (DVector::from_vec(own), DVector::from_vec(drift));
             for k in 0..d {
                 let along = N.column(k);

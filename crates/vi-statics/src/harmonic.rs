@@ -16,7 +16,7 @@
 #![allow(non_snake_case)] // K, C, M, B, A, U
 
 use crate::equations::{FrameMatrices, separate};
-use crate::modes::{Linearization, ModeError};
+use crate::modes::{ModeError, StaticLinearization};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix, DVector};
 use vi_core::linear::{Singular, SparseLu};
@@ -87,8 +87,8 @@ impl StaticProblem {
         if let Some(last) = damping.ratios.last() {
             let dof = self.work.unknowns() - self.work.rows.len();
             let linear = match dof > LARGE {
-                true => Linearization::lowest(self, LISTED.max(damping.ratios.len()))?,
-                false => Linearization::all(self)?,
+                true => StaticLinearization::lowest(self, LISTED.max(damping.ratios.len()))?,
+                false => StaticLinearization::all(self)?,
             };
             let modes = linear.modes_without_confirmation()?;
             let vibrations =

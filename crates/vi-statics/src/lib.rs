@@ -76,7 +76,7 @@ pub use buckling::{Buckling, BucklingError};
 pub use first_order::FirstOrder;
 pub use harmonic::{AddedDamping, HarmonicResponse};
 pub use limit::{BendingBounds, LimitReport};
-pub use modes::{Linearization, ModeError, Modes, modes};
+pub use modes::{ModeError, Modes, StaticLinearization, modes};
 pub use path::{Equilibrium, StaticError, StaticPath, StaticSettings};
 pub use problem::StaticProblem;
 pub use rotation::{RotationError, SteadyRotation};

@@ -17,7 +17,7 @@
 #![allow(non_snake_case)] // K, C, M, B, X, Y
 
 use crate::equations::{FrameMatrices, separate};
-use crate::modes::{ForceBalance, Linearization, ModeError, Subspace, entry_noise};
+use crate::modes::{ForceBalance, ModeError, StaticLinearization, Subspace, entry_noise};
 use crate::problem::StaticProblem;
 use crate::stability::TangentStiffness;
 use crate::vibrations::{MotionKind, motion};
@@ -53,7 +53,7 @@ pub(crate) struct Pencil {
     factors: Option<(SparseMatrix, SparseLu)>,
 }
 
-impl Linearization {
+impl StaticLinearization {
     /// In the subspace of about `count` lowest modes beside those that are unstable or without
     /// stiffness: linear in the size of the system. All degrees of freedom where most of them would
     /// be in it.

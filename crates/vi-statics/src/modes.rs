@@ -6,7 +6,7 @@
 //! ```
 //! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques
 //! with fixed spatial components, followers and control make `K_r` unsymmetric
-//! ([`Linearization::is_circulatory`]): here its symmetric part is taken. Circulatory, damping and
+//! ([`StaticLinearization::is_circulatory`]): here its symmetric part is taken. Circulatory, damping and
 //! gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
 //! `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
@@ -140,7 +140,7 @@ impl Modes {
 /// # Errors
 /// [`ModeError`].
 pub fn modes(problem: &mut StaticProblem) -> Result<Modes, ModeError> {
-    Linearization::all(problem)?.modes()
+    StaticLinearization::all(problem)?.modes()
 }
 
 /// What is known of a subspace of the lowest modes.
@@ -155,7 +155,7 @@ pub(crate) struct Subspace {
 
 /// `M ẍ + C ẋ + K x = 0`: the motion near the last equilibrium of a static problem in independent
 /// velocities.
-pub struct Linearization {
+pub struct StaticLinearization {
     pub(crate) K: DMatrix<f64>,
     pub(crate) C: DMatrix<f64>,
     pub(crate) M: DMatrix<f64>,
@@ -169,7 +169,7 @@ pub struct Linearization {
     pub(crate) terms: Option<FirstOrderTerms>,
 }
 
-impl std::fmt::Debug for Linearization {
+impl std::fmt::Debug for StaticLinearization {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Linearization").field("dof", &self.dof).finish_non_exhaustive()
     }
@@ -195,7 +195,7 @@ impl ForceBalance {
     }
 }
 
-impl Linearization {
+impl StaticLinearization {
     /// In all degrees of freedom, dense.
     ///
     /// # Errors
@@ -266,7 +266,7 @@ impl Linearization {
         }
     }
 
-    /// [`Linearization::modes`], whatever the inertia says.
+    /// [`StaticLinearization::modes`], whatever the inertia says.
     pub(crate) fn modes_without_confirmation(&self) -> Result<Modes, ModeError> {
         Ok(self.modes_of(&generalized_eigen(&self.symmetric_stiffness(), &self.M)?))
     }

@@ -27,7 +27,7 @@ use vi_constraints::closure::ClosureWatch;
 use vi_constraints::saddle_point::IndependentRows;
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, Fault, Newton, NewtonError, NewtonReport, NewtonSettings};
+use vi_core::newton::{Fault, Newton, NewtonError, NewtonReport, NewtonSettings, UnknownBlock};
 use vi_core::{DiscreteLagrangian, MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::Mechanism;
 
@@ -53,7 +53,7 @@ use vi_multibody::mechanism::Mechanism;
 /// ```
 pub struct StaticProblem {
     pub(crate) newton: Newton,
-    pub(crate) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<UnknownBlock>,
     pub(crate) bounds: StepBounds,
     pub(crate) x: Vec<f64>,  // (u, μ)
     pub(crate) mu: Vec<f64>, // μ of the last equilibrium, chosen rows

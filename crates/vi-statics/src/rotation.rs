@@ -16,7 +16,7 @@
 #![allow(non_snake_case)] // W
 
 use crate::field::{
-    AxisRotation, Field, Movement, Places, apart, check_constraints, forces_go_along,
+    AxisRotation, Field, Movement, PointPlaces, apart, check_constraints, forces_go_along,
 };
 use nalgebra::{Matrix3, Vector3};
 use vi_constraints::Constraints;
@@ -83,7 +83,7 @@ impl SteadyRotation {
     fn nearest(description: &Description, q: &[f64], v: &[f64]) -> Self {
         let size = description.dimension.max(2);
         let lift = |x: &[f64]| Vector3::from_fn(|i, _| x.get(i).copied().unwrap_or(0.0));
-        let places = Places::of(description);
+        let places = PointPlaces::of(description);
         let blocks: Vec<_> = q.chunks(size).zip(v.chunks(size)).enumerate().collect();
         let points = || blocks.iter().filter(|(k, _)| places.is_point(size * k));
         let count = points().count().max(1) as f64;
@@ -156,7 +156,7 @@ impl SteadyRotation {
         let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
         let after = Configuration { t, q: &turned, angles: &angles, internal: &[] };
         let field = self.field(mechanism.description());
-        check_constraints(mechanism, [before, after], (&field, &turn), speed)
+        check_constraints(mechanism, [before, after], &field, &turn, speed)
             .map_err(RotationError::Constraint)?;
         forces_go_along(system, [before, after], &field, &turn).map_err(RotationError::Force)
     }

@@ -14,7 +14,7 @@
 //! Source: theory §6.9; W. T. Koiter, On the stability of elastic equilibrium (1945), ch. 1.
 #![allow(non_snake_case)] // K, B
 
-use crate::modes::Linearization;
+use crate::modes::StaticLinearization;
 use crate::problem::StaticProblem;
 use crate::vibrations::MotionKind;
 use vi_core::inertia::negative_on_null_space;
@@ -93,7 +93,7 @@ impl StaticProblem {
         if stiffness.dof() > DENSE {
             return None;
         }
-        let motions = Linearization::all(self).ok()?.vibrations().ok()?;
+        let motions = StaticLinearization::all(self).ok()?.vibrations().ok()?;
         Some(motions.count(MotionKind::Growth))
     }
 
@@ -105,7 +105,8 @@ impl StaticProblem {
         if stiffness.is_symmetric() || stiffness.dof() > DENSE {
             return false;
         }
-        let motions = Linearization::all(self).ok().and_then(|linear| linear.vibrations().ok());
+        let motions =
+            StaticLinearization::all(self).ok().and_then(|linear| linear.vibrations().ok());
         motions.is_some_and(|motions| {
             let growing = motions.count(MotionKind::Growth);
             let vibrates = |k| {

@@ -65,7 +65,7 @@ pub enum SteadyMotionError {
 
 /// Axes about which a frame may spin.
 #[derive(Clone, Copy)]
-enum Axes {
+enum SpinAxes {
     None,
     One(Vector3<f64>), // along the directors
     All,
@@ -90,11 +90,11 @@ impl SteadyMotion {
         let splits: [(bool, &[Vector3<f64>]); 4] =
             [(false, &[]), (true, &[]), (true, &[normal]), (true, &all)];
         let (mut least, mut refused) = (f64::INFINITY, None);
-        for of_nodes in [Axes::One(Vector3::z()), Axes::None] {
-            let axes: Vec<Axes> = axes(description, &rolling, of_nodes);
+        for of_nodes in [SpinAxes::One(Vector3::z()), SpinAxes::None] {
+            let axes: Vec<SpinAxes> = axes(description, &rolling, of_nodes);
             let mut first = None;
             for (moves, turns) in splits {
-                let motion = Self::nearest(description, &axes, (q, v), moves, turns);
+                let motion = Self::nearest(description, &axes, q, v, moves, turns);
                 let mut own = vec![0.0; q.len()];
                 motion.field(description).velocity(q, &mut own);
                 let rest = v.iter().all(|v| *v == 0.0);
@@ -115,8 +115,9 @@ impl SteadyMotion {
     /// The motion of least squares, with spins that fit best.
     fn nearest(
         description: &Description,
-        axes: &[Axes],
-        (q, v): (&[f64], &[f64]),
+        axes: &[SpinAxes],
+        q: &[f64],
+        v: &[f64],
         moves: bool,
         turns: &[Vector3<f64>],
     ) -> Self {
@@ -147,9 +148,9 @@ impl SteadyMotion {
         for ((own, rate), axes) in frames() {
             let omega = directors::angular_velocity(own, rate);
             let across = match axes {
-                Axes::All => continue,
-                Axes::None => Matrix3::identity(),
-                Axes::One(axis) => {
+                SpinAxes::All => continue,
+                SpinAxes::None => Matrix3::identity(),
+                SpinAxes::One(axis) => {
                     let axis = directors::triad(own) * axis;
                     Matrix3::identity() - axis * axis.transpose()
                 }
@@ -179,9 +180,9 @@ impl SteadyMotion {
             let triad = directors::triad(own);
             let rest = triad.transpose() * (directors::angular_velocity(own, rate) - velocity);
             match axes {
-                Axes::None => Vector3::zeros(),
-                Axes::One(axis) => axis.dot(&rest) * axis,
-                Axes::All => rest,
+                SpinAxes::None => Vector3::zeros(),
+                SpinAxes::One(axis) => axis.dot(&rest) * axis,
+                SpinAxes::All => rest,
             }
         });
         let spins: Vec<Vector3<f64>> = spins.collect();
@@ -246,7 +247,7 @@ impl SteadyMotion {
         let before = Configuration { t: 0.0, q, angles: &start, internal: &[] };
         let after = Configuration { t: time, q: &moved, angles: &angles, internal: &[] };
         let field = self.field(description);
-        check_constraints(mechanism, [before, after], (&field, &displaced), speed)
+        check_constraints(mechanism, [before, after], &field, &displaced, speed)
             .map_err(SteadyMotionError::Constraint)?;
         forces_go_along(system, [before, after], &field, &displaced)
             .map_err(SteadyMotionError::Force)?;
@@ -276,7 +277,7 @@ fn wheels(description: &Description) -> Vec<&Rolling> {
 }
 
 /// Axes of symmetry of all frames; of a wheel its own, of nodes of beams `of_nodes`.
-fn axes(description: &Description, rolling: &[&Rolling], of_nodes: Axes) -> Vec<Axes> {
+fn axes(description: &Description, rolling: &[&Rolling], of_nodes: SpinAxes) -> Vec<SpinAxes> {
     let of_body = |(k, body): (usize, &vi_multibody::mechanism::BodySpec)| {
         let Some(rigid) = &body.body else { return of_nodes };
         let euler = rigid.euler();
@@ -285,9 +286,9 @@ fn axes(description: &Description, rolling: &[&Rolling], of_nodes: Axes) -> Vec<
         let pair = (0..3).find(|i| alike((i + 1) % 3, (i + 2) % 3));
         if alike(0, 1) && alike(1, 2) {
             let own = rolling.iter().find(|wheel| wheel.frame == k);
-            return own.and_then(|wheel| wheel.axis).map_or(Axes::All, Axes::One);
+            return own.and_then(|wheel| wheel.axis).map_or(SpinAxes::All, SpinAxes::One);
         }
-        pair.map_or(Axes::None, |i| Axes::One(Vector3::ith(i, 1.0)))
+        pair.map_or(SpinAxes::None, |i| SpinAxes::One(Vector3::ith(i, 1.0)))
     };
     description.bodies.iter().enumerate().map(of_body).collect()
 }

@@ -8,7 +8,7 @@
 //!
 //! Source: theory §6.13; F. Tisseur, K. Meerbergen, SIAM Rev. 43 (2001) 235–286.
 
-use crate::modes::{Linearization, ModeError, Modes};
+use crate::modes::{ModeError, Modes, StaticLinearization};
 use crate::problem::StaticProblem;
 use nalgebra::{Complex, DMatrix};
 use vi_core::quadratic_eigen::QuadraticEigen;
@@ -66,7 +66,7 @@ pub struct Vibration {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Vibrations {
-    linear: Linearization,
+    linear: StaticLinearization,
     eigen: QuadraticEigen,
     imaginary: bool,   // λ of vibrations, but for partners of what grows
     rigid: Vec<usize>, // of the undamped modes
@@ -85,10 +85,10 @@ impl std::fmt::Debug for Vibrations {
 /// # Errors
 /// [`ModeError`].
 pub fn vibrations(problem: &mut StaticProblem) -> Result<Vibrations, ModeError> {
-    Linearization::all(problem)?.vibrations()
+    StaticLinearization::all(problem)?.vibrations()
 }
 
-impl Linearization {
+impl StaticLinearization {
     /// All motions, with damping and gyroscopic terms.
     ///
     /// # Errors

@@ -8,7 +8,7 @@ use common::{center_of, dead, load, straight, vector};
 use nalgebra::Vector3;
 use std::f64::consts::{PI, TAU};
 use vi_beam::element::ElementKind;
-use vi_beam::{Beam, BeamModel, FrameRule, Mesh, Section};
+use vi_beam::{Beam, BeamMesh, BeamModel, FrameRule, Section};
 use vi_multibody::pair::PairKind;
 use vi_rigid::load::{Load, LoadKind};
 use vi_statics::{BucklingError, StaticProblem};
@@ -19,7 +19,7 @@ fn section(ei: f64, ratio: f64, gj: f64) -> Section {
     Section::new([ea, ea, ea, ei, ratio * ei, gj], rho).unwrap()
 }
 
-fn with_beam(mesh: &Mesh, section: Section) -> (BeamModel, Beam) {
+fn with_beam(mesh: &BeamMesh, section: Section) -> (BeamModel, Beam) {
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("beam", mesh, section).unwrap();
     let q = model.configuration();
@@ -140,7 +140,7 @@ fn a_portal_frame_sways() {
     let mut beams = Vec::new();
     for (k, ends) in corners.windows(2).enumerate() {
         let rule = FrameRule::Normal(Vector3::y());
-        let mesh = Mesh::straight(ends[0], ends[1], 8, rule).unwrap();
+        let mesh = BeamMesh::straight(ends[0], ends[1], 8, rule).unwrap();
         beams.push(model.add_beam(&format!("beam{k}"), &mesh, s).unwrap());
     }
     let q = model.configuration();
@@ -178,7 +178,7 @@ fn pressure(beam: &Beam, angle: f64, nodes: usize) -> Vec<Load> {
 /// An arc of radius 1 about z that stiffness keeps in its plane.
 fn arc(angle: f64, elements: usize) -> (BeamModel, Beam) {
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::arc(Vector3::zeros(), Vector3::x(), Vector3::z(), angle, elements, rule);
+    let mesh = BeamMesh::arc(Vector3::zeros(), Vector3::x(), Vector3::z(), angle, elements, rule);
     with_beam(&mesh.unwrap(), section(1.0, 1e3, 1e3))
 }
 

@@ -12,7 +12,7 @@ use vi_multibody::joint_force::Viscous;
 use vi_multibody::{FrameId::Ground, PairKind};
 use vi_rigid::load::LoadKind;
 use vi_statics::{
-    Linearization, MotionKind, StaticProblem, SteadyRotation, Vibrations, vibrations,
+    MotionKind, StaticLinearization, StaticProblem, SteadyRotation, Vibrations, vibrations,
 };
 
 fn z(speed: f64) -> SteadyRotation {
@@ -150,7 +150,7 @@ fn beck(force: f64, elements: usize, kind: ElementKind) -> StaticProblem {
 #[test]
 fn an_undamped_follower_is_circulatory() {
     let mut problem = beck(10.0, 16, ElementKind::Helicoidal);
-    let linear = Linearization::all(&mut problem).unwrap();
+    let linear = StaticLinearization::all(&mut problem).unwrap();
     assert!(linear.is_circulatory().unwrap());
     let found = linear.vibrations().unwrap();
     let [a, b] = [0, 1].map(|k| found.get(MotionKind::Vibration, k).unwrap().value);
@@ -173,7 +173,7 @@ fn an_undamped_follower_is_circulatory() {
         common::problem(&model, &model.mechanism(), loads)
     };
     dead.solve(&[1.0], &vi_statics::StaticSettings::default()).unwrap();
-    assert!(!Linearization::all(&mut dead).unwrap().is_circulatory().unwrap());
+    assert!(!StaticLinearization::all(&mut dead).unwrap().is_circulatory().unwrap());
 }
 
 /// The same of a large system, whose lowest modes are found in a subspace.
@@ -181,7 +181,7 @@ fn an_undamped_follower_is_circulatory() {
 fn an_undamped_follower_of_a_large_system() {
     for force in [10.0, 20.6] {
         let mut problem = beck(force, 60, ElementKind::MeanDirectors);
-        let linear = Linearization::lowest(&mut problem, 3).unwrap();
+        let linear = StaticLinearization::lowest(&mut problem, 3).unwrap();
         let found = linear.vibrations().unwrap();
         println!(
             "P = {force}: growing {}, {} in all",

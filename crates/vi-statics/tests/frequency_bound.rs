@@ -4,7 +4,7 @@
 use crate::common::{beam, problem};
 use nalgebra::Vector3;
 use vi_beam::frequency::highest_frequency;
-use vi_beam::{BeamModel, ElementKind, FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, BeamModel, ElementKind, FrameRule, Section};
 use vi_statics::modes;
 
 /// The bound lies above the highest frequency of the assembled beam, and close to it.
@@ -12,7 +12,7 @@ use vi_statics::modes;
 fn the_bound_is_one_and_close() {
     let section = Section::new([1e4, 1e4, 1e4, 500.0, 400.0, 300.0], [1.0, 10.0, 9.0, 0.0]);
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(Vector3::zeros(), 3.0 * Vector3::x(), 12, rule).unwrap();
+    let mesh = BeamMesh::straight(Vector3::zeros(), 3.0 * Vector3::x(), 12, rule).unwrap();
     for kind in [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::SecondOrder] {
         let mut model = BeamModel::new(Vector3::zeros());
         let section = section.clone().unwrap();

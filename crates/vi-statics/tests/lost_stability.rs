@@ -6,13 +6,13 @@ use crate::common;
 use common::{center_of, dead, straight, vector};
 use nalgebra::Vector3;
 use vi_beam::{
-    BeamModel, ElementKind, FrameRule, Material, Mesh, Profile, Section, Stated, StrainRule,
+    BeamMesh, BeamModel, ElementKind, FrameRule, Material, Profile, Section, Stated, StrainRule,
 };
 use vi_core::Quadrature;
 use vi_multibody::builder::{Inertia, MechanismBuilder};
 use vi_multibody::{FrameId::Ground, PairKind};
 use vi_rigid::TimeHistory;
-use vi_statics::{ArcLengthSettings, Linearization, StaticProblem, StaticSettings};
+use vi_statics::{ArcLengthSettings, StaticLinearization, StaticProblem, StaticSettings};
 
 /// Where the number of unstable directions changes along load steps: `(t before, t after, count)`.
 fn changes(problem: &mut StaticProblem, steps: usize) -> Vec<(f64, f64, usize)> {
@@ -131,7 +131,8 @@ fn column(side: f64) -> (StaticProblem, usize) {
     let profile = Profile::Rectangle { width: 0.01, height: 0.02 };
     let section = profile.section(&material, &Stated::default()).unwrap();
     let mut model = BeamModel::new(Vector3::zeros());
-    let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 24, FrameRule::Normal(Vector3::z()));
+    let mesh =
+        BeamMesh::straight(Vector3::zeros(), Vector3::x(), 24, FrameRule::Normal(Vector3::z()));
     let beam = common::beam(&mut model, &mesh.unwrap(), section, ElementKind::Helicoidal);
     model.clamp(0);
     let tip = beam.nodes.end - 1;
@@ -261,8 +262,8 @@ fn all_unstable_modes_are_counted() {
         assert_eq!(problem.unstable_directions(), Some(8));
         for count in [1, 3, 4, 12] {
             let linear = match elements {
-                20 => Linearization::all(&mut problem).unwrap(),
-                _ => Linearization::lowest(&mut problem, count).unwrap(),
+                20 => StaticLinearization::all(&mut problem).unwrap(),
+                _ => StaticLinearization::lowest(&mut problem, count).unwrap(),
             };
             let found = linear.modes().unwrap();
             let unstable = (0..found.squared.len()).filter(|&k| found.is_unstable(k)).count();

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use vi_beam::model::BeamModel;
-use vi_beam::{FrameRule, Material, Mesh, Profile, Section, Stated};
+use vi_beam::{BeamMesh, FrameRule, Material, Profile, Section, Stated};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::pair::PairKind;
 use vi_multibody::scalar_constraint::ScalarConstraint;
@@ -96,8 +96,8 @@ fn right_angle_frame(elements: usize) -> (BeamModel, usize) {
     let rule = FrameRule::Normal(Vector3::z());
     let corner = vector(240.0, 0.0, 0.0);
     let legs = [
-        Mesh::straight(Vector3::zeros(), corner, elements, rule).unwrap(),
-        Mesh::straight(corner, vector(240.0, -240.0, 0.0), elements, rule).unwrap(),
+        BeamMesh::straight(Vector3::zeros(), corner, elements, rule).unwrap(),
+        BeamMesh::straight(corner, vector(240.0, -240.0, 0.0), elements, rule).unwrap(),
     ];
     let mut model = BeamModel::new(Vector3::zeros());
     let beams = model.add_frame_work("frame", &legs, section).unwrap();
@@ -152,7 +152,7 @@ fn bars(elements: usize) -> (BeamModel, usize, f64) {
     let mut model = BeamModel::new(Vector3::zeros());
     for x in [-a, a] {
         let foot = vector(x, 0.0, 0.0);
-        let mesh = Mesh::straight(foot, apex, elements, rule).unwrap();
+        let mesh = BeamMesh::straight(foot, apex, elements, rule).unwrap();
         let bar = model.add_beam("bar", &mesh, section).unwrap();
         model.join(PairKind::Revolute, None, bar.nodes.start, &foot, &Vector3::z());
     }

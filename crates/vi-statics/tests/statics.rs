@@ -8,14 +8,14 @@ use common::{center_of, dead, distance, flying_section, load, straight, vector};
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use vi_beam::model::BeamModel;
-use vi_beam::{ElementKind, FrameRule, Material, Mesh, Profile, Section, Stated};
+use vi_beam::{BeamMesh, ElementKind, FrameRule, Material, Profile, Section, Stated};
 use vi_multibody::pair::PairKind;
 use vi_rigid::load::{Load, LoadKind};
 use vi_statics::ArcLengthSettings;
 use vi_statics::{StaticError, StaticProblem, StaticSettings};
 
 /// A cantilever: clamped at its first node, loaded at its last.
-fn cantilever(mesh: &Mesh, section: Section, at: impl Fn(usize) -> Load) -> StaticProblem {
+fn cantilever(mesh: &BeamMesh, section: Section, at: impl Fn(usize) -> Load) -> StaticProblem {
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("beam", mesh, section).unwrap();
     model.clamp(beam.nodes.start);
@@ -78,7 +78,7 @@ fn bend(elements: usize, force: f64) -> StaticProblem {
     );
     let rule = FrameRule::Normal(Vector3::z());
     let (center, radius) = (100.0 * Vector3::x(), -100.0 * Vector3::x());
-    let mesh = Mesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, elements, rule).unwrap();
+    let mesh = BeamMesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, elements, rule).unwrap();
     cantilever(&mesh, section.unwrap(), |tip| dead(tip, force * Vector3::z()))
 }
 
@@ -166,7 +166,7 @@ fn princeton_beam() {
 fn a_closed_load_cycle_returns() {
     let rule = FrameRule::RotationMinimizing(Vector3::x());
     let radius = 2.0 * Vector3::x();
-    let mesh = Mesh::helix(Vector3::zeros(), radius, Vector3::z(), 4.0, 1.5, 24, rule).unwrap();
+    let mesh = BeamMesh::helix(Vector3::zeros(), radius, Vector3::z(), 4.0, 1.5, 24, rule).unwrap();
     for kind in [LoadKind::Dead, LoadKind::Follower] {
         let at = |tip| load(tip, kind, vector(8.0, -5.0, 12.0), vector(20.0, 15.0, -10.0));
         let mut problem = cantilever(&mesh, flying_section(), at);
@@ -186,7 +186,7 @@ fn newton_converges_quadratically_with_followers_joints_and_springs() {
     let mut model = BeamModel::new(vector(0.0, 0.0, -9.81));
     let arm = model.add_beam("arm", &straight(2.0, 4), flying_section()).unwrap();
     let rule = FrameRule::Normal(Vector3::z());
-    let mesh = Mesh::straight(2.0 * Vector3::x(), vector(2.0, 3.0, 0.0), 6, rule).unwrap();
+    let mesh = BeamMesh::straight(2.0 * Vector3::x(), vector(2.0, 3.0, 0.0), 6, rule).unwrap();
     let leg = model.add_beam("leg", &mesh, flying_section()).unwrap();
     let end = leg.nodes.end - 1;
     model.join(PairKind::Revolute, None, 0, &vector(0.0, -0.5, 0.0), &Vector3::z());
@@ -234,7 +234,7 @@ fn newton_converges_quadratically_with_followers_joints_and_springs() {
 fn a_shallow_arch_snaps_through() {
     let section = Section::new([1e4, 1e4, 1e4, 50.0, 50.0, 50.0], [1.0, 0.1, 0.1, 0.0]).unwrap();
     let curve = |t: f64| vector(t, 0.3 * (PI * t / 5.0).sin(), 0.0);
-    let mesh = Mesh::parametric(&curve, 0.0, 5.0, 20, FrameRule::Normal(Vector3::z())).unwrap();
+    let mesh = BeamMesh::parametric(&curve, 0.0, 5.0, 20, FrameRule::Normal(Vector3::z())).unwrap();
     let mut model = BeamModel::new(Vector3::zeros());
     let beam = model.add_beam("arch", &mesh, section).unwrap();
     model.join(PairKind::Revolute, None, 0, &Vector3::zeros(), &Vector3::z());
@@ -328,7 +328,7 @@ fn helicoidal_elements_converge_with_order_4() {
     let section = Section::new(section, [1.0, 1.0, 1.0, 0.0]).unwrap();
     let error = |elements: usize| {
         let rule = FrameRule::Normal(Vector3::z());
-        let mesh = Mesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, elements, rule).unwrap();
+        let mesh = BeamMesh::arc(center, radius, -Vector3::z(), FRAC_PI_4, elements, rule).unwrap();
         let mut model = BeamModel::new(Vector3::zeros());
         common::beam(&mut model, &mesh, section, ElementKind::Helicoidal);
         model.clamp(0);

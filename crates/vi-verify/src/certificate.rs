@@ -2,7 +2,7 @@
 
 use super::convergence::ErrorSequence;
 use super::measure::Conditioning;
-use super::subject::Method;
+use super::subject::SteppingMethod;
 use serde::{Deserialize, Serialize};
 
 /// The property that is verified.
@@ -122,7 +122,7 @@ pub struct Finding {
     /// What it is about.
     pub criterion: Criterion,
     /// The method; `None` where several are compared.
-    pub method: Option<Method>,
+    pub method: Option<SteppingMethod>,
     /// Its order; 0 where it does not matter.
     pub order: u32,
     /// The quantity.
@@ -142,7 +142,7 @@ pub struct Finding {
 impl Finding {
     /// One about which nothing is known yet.
     #[must_use]
-    pub fn new(criterion: Criterion, method: Method, order: u32, quantity: &str) -> Self {
+    pub fn new(criterion: Criterion, method: SteppingMethod, order: u32, quantity: &str) -> Self {
         Self {
             criterion,
             method: Some(method),
@@ -189,7 +189,7 @@ pub fn counts(findings: &[&Finding]) -> String {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Study {
     /// The method.
-    pub method: Method,
+    pub method: SteppingMethod,
     /// Its order.
     pub order: u32,
     /// End of the runs, s.
@@ -219,7 +219,7 @@ pub struct Certificate {
     /// Convergence studies.
     pub studies: Vec<Study>,
     /// Condition numbers of each method.
-    pub conditioning: Vec<(Method, Conditioning)>,
+    pub conditioning: Vec<(SteppingMethod, Conditioning)>,
     /// Energy and momentum errors of the long run.
     pub histories: Vec<TimeCurve>,
 }

@@ -3,7 +3,7 @@
 mod resolution;
 
 use super::certificate::{Certificate, Criterion, Finding, TimeCurve, Verdict};
-use super::convergence::{Horizon, Quantity};
+use super::convergence::{Horizon, StudiedQuantity};
 use super::fit::power_law;
 use super::horizons::{Horizons, clearest, saturated};
 use super::judge::{
@@ -15,7 +15,7 @@ use super::measure::{
 };
 use super::output::outputs;
 use super::round_off::round_off;
-use super::subject::{Method, Nature, Setting, Subject};
+use super::subject::{Nature, SchemeSetting, SteppingMethod, Subject};
 use super::symplectic::symplectic_defect;
 use vi_constraints::SchemeKind;
 use vi_core::linear::norm_inf;
@@ -30,7 +30,7 @@ const NOTHING_FREE: &str = "no degree of freedom is left: the constraints determ
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasurementPlan {
     /// The methods with their orders.
-    pub methods: Vec<(Method, Vec<u32>)>,
+    pub methods: Vec<(SteppingMethod, Vec<u32>)>,
     /// Of the convergence studies, at first.
     pub horizon: Horizon,
     /// Step of everything else, s.
@@ -44,7 +44,7 @@ pub struct MeasurementPlan {
     pub meant: u64,
     /// The method and order that the subject is meant for: they have to run at its step, resolved
     /// or not.
-    pub own: Option<(Method, u32)>,
+    pub own: Option<(SteppingMethod, u32)>,
     /// Steps of reversals and comparisons.
     pub few: u64,
     /// What is measured; [`Criterion::ALL`] as a rule.
@@ -104,17 +104,17 @@ impl Certifier<'_> {
         self.certificate.findings.push(finding);
     }
 
-    fn setting(&self, method: Method, order: u32) -> Setting {
-        Setting::new(method, order, self.plan.step)
+    fn setting(&self, method: SteppingMethod, order: u32) -> SchemeSetting {
+        SchemeSetting::new(method, order, self.plan.step)
     }
 
     /// Whether a run by the method can be started.
-    fn applies(&self, method: Method, order: u32) -> bool {
+    fn applies(&self, method: SteppingMethod, order: u32) -> bool {
         self.subject.start(self.setting(method, order)).is_ok()
     }
 
     /// The verdict of what could not be measured.
-    fn unmeasured(&self, method: Method, order: u32) -> Verdict {
+    fn unmeasured(&self, method: SteppingMethod, order: u32) -> Verdict {
         match self.applies(method, order) {
             true => Verdict::Inconclusive,
             false => Verdict::NotApplicable,
@@ -122,7 +122,7 @@ impl Certifier<'_> {
     }
 
     /// Everything about a method at an order.
-    fn of_order(&mut self, method: Method, order: u32, steps: u64) {
+    fn of_order(&mut self, method: SteppingMethod, order: u32, steps: u64) {
         let plan = self.plan;
         if plan.asks(Criterion::Order) {
             (self.progress)(&format!("{}, order {order}: convergence", method.name()));
@@ -145,7 +145,7 @@ impl Certifier<'_> {
     }
 
     /// The orders of all quantities.
-    fn orders(&mut self, method: Method, order: u32) {
+    fn orders(&mut self, method: SteppingMethod, order: u32) {
         let mut found = match self.horizons.studies(method, order) {
             Ok(found) => found,
             Err(error) => {
@@ -157,7 +157,7 @@ impl Certifier<'_> {
                 return self.push(refused);
             }
         };
-        for quantity in Quantity::ALL {
+        for quantity in StudiedQuantity::ALL {
             let Some((study, curve)) = clearest(&found, quantity) else { continue };
             let mut finding = judge_order(method, order, curve, study);
             if let Some(error) = saturated(&found, quantity).filter(|_| finding.value.is_none()) {
@@ -177,7 +177,7 @@ impl Certifier<'_> {
     }
 
     /// Energy, momentum maps and residuals along a run.
-    fn conserved(&mut self, method: Method, order: u32, steps: u64) {
+    fn conserved(&mut self, method: SteppingMethod, order: u32, steps: u64) {
         let most = steps;
         let steps = (most / sub_steps(method, order)).max(LEAST_STEPS.min(most));
         let setting = self.setting(method, order);
@@ -242,10 +242,10 @@ impl Certifier<'_> {
     /// An energy that fails, measured again over the same time at half the step. A drift stays the
     /// same part of the band; what a short fast motion makes of the shadow energy of a variational
     /// scheme is exponentially small in the step, and vanishes.
-    fn at_half_the_step(&self, failed: Finding, of: (Method, u32), steps: u64) -> Finding {
+    fn at_half_the_step(&self, failed: Finding, of: (SteppingMethod, u32), steps: u64) -> Finding {
         let (method, order) = of;
         let step = self.plan.step / 2.0;
-        let setting = Setting { step, ..self.setting(method, order) };
+        let setting = SchemeSetting { step, ..self.setting(method, order) };
         let Ok(run) = long_run(self.subject, setting, 2 * steps) else { return failed };
         let mut found = judge_energy(method, order, &run);
         if found.verdict != Verdict::Pass {
@@ -258,7 +258,7 @@ impl Certifier<'_> {
 
     /// Constraints at positions and momenta. Those at velocities (45) follow from
     /// `g(q_n) = g(q_{n+1}) = 0`.
-    fn residuals(&mut self, method: Method, order: u32, run: &LongRun) {
+    fn residuals(&mut self, method: SteppingMethod, order: u32, run: &LongRun) {
         self.push(judge_residual(method, order, run));
         if run.residuals().momentum.is_some() {
             let short = self.short_runs(method, order);
@@ -267,10 +267,10 @@ impl Certifier<'_> {
     }
 
     /// Largest residuals of short runs at `h`, `h/2`, … `h/16`; empty where one failed.
-    fn short_runs(&self, method: Method, order: u32) -> Vec<(f64, ConstraintResiduals)> {
+    fn short_runs(&self, method: SteppingMethod, order: u32) -> Vec<(f64, ConstraintResiduals)> {
         let residuals = |k: u32| -> Result<_, String> {
             let step = self.plan.step / f64::from(1 << k);
-            let setting = Setting { step, ..self.setting(method, order) };
+            let setting = SchemeSetting { step, ..self.setting(method, order) };
             Ok((step, long_run(self.subject, setting, 32 << k)?.residuals()))
         };
         (0..5).map(residuals).collect::<Result<_, String>>().unwrap_or_default()
@@ -279,7 +279,7 @@ impl Certifier<'_> {
     /// The order of the hidden constraint at momenta, where `p_n` is defined.
     fn hidden(
         &mut self,
-        method: Method,
+        method: SteppingMethod,
         order: u32,
         short: &[(f64, ConstraintResiduals)],
         size: f64,
@@ -321,7 +321,7 @@ impl Certifier<'_> {
     }
 
     /// What is reported at the nodes, at steps that resolve the fastest motion.
-    fn reported(&mut self, method: Method, order: u32) {
+    fn reported(&mut self, method: SteppingMethod, order: u32) {
         let mut setting = self.setting(method, order);
         if let Some(frequency) = self.frequency(setting) {
             setting.step = setting.step.min(0.25 / frequency.max(f64::MIN_POSITIVE));
@@ -337,7 +337,7 @@ impl Certifier<'_> {
         }
     }
 
-    fn reversed(&mut self, method: Method, order: u32) {
+    fn reversed(&mut self, method: SteppingMethod, order: u32) {
         let mut found =
             Finding::new(Criterion::Reversal, method, order, "q after N steps and back");
         if self.nature().is_some_and(|nature| nature.dissipative) {
@@ -371,7 +371,7 @@ impl Certifier<'_> {
         })
     }
 
-    fn symplectic(&mut self, method: Method, order: u32) {
+    fn symplectic(&mut self, method: SteppingMethod, order: u32) {
         let mut found = Finding::new(Criterion::Symplecticity, method, order, "change of Ω");
         if self.nature().is_some_and(|nature| nature.nonholonomic) {
             found.verdict = Verdict::NotApplicable;
@@ -409,7 +409,7 @@ impl Certifier<'_> {
         self.push(found);
     }
 
-    fn conditioned(&mut self, method: Method) {
+    fn conditioned(&mut self, method: SteppingMethod) {
         let mut found =
             Finding::new(Criterion::Conditioning, method, 2, "κ ~ h^a, as written; as factorized");
         let Some(written) = exponent_as_written(method) else { return };
@@ -435,12 +435,12 @@ impl Certifier<'_> {
 
     /// Every variational scheme against the first.
     fn agreement(&mut self) {
-        let variational: Vec<Method> = self
+        let variational: Vec<SteppingMethod> = self
             .plan
             .methods
             .iter()
             .map(|(method, _)| *method)
-            .filter(|m| matches!(m, Method::Variational(_)))
+            .filter(|m| matches!(m, SteppingMethod::Variational(_)))
             .collect();
         let Some((first, others)) = variational.split_first() else { return };
         let growth = measure::amplification(self.subject, self.setting(*first, 2), self.plan.few);
@@ -466,16 +466,16 @@ impl Certifier<'_> {
 }
 
 /// `a` of `κ ~ h^a` of the Newton matrix as it is written; `None` where none is known.
-fn exponent_as_written(method: Method) -> Option<f64> {
+fn exponent_as_written(method: SteppingMethod) -> Option<f64> {
     match method {
-        Method::Variational(SchemeKind::Constrained) => Some(-3.0),
-        Method::Variational(SchemeKind::Dalembert) => Some(-1.0),
-        Method::Variational(_) => Some(0.0),
-        Method::Galerkin(_) | Method::EnergyMomentum(_) => None,
+        SteppingMethod::Variational(SchemeKind::Constrained) => Some(-3.0),
+        SteppingMethod::Variational(SchemeKind::Dalembert) => Some(-1.0),
+        SteppingMethod::Variational(_) => Some(0.0),
+        SteppingMethod::Galerkin(_) | SteppingMethod::EnergyMomentum(_) => None,
     }
 }
 
-fn conditioned_as_expected(method: Method, numbers: &Conditioning) -> bool {
+fn conditioned_as_expected(method: SteppingMethod, numbers: &Conditioning) -> bool {
     let off = [numbers.as_written - exponent_as_written(method).unwrap_or(0.0), numbers.scaled];
     off.iter().all(|off| off.abs() <= EXPONENT_TOLERANCE)
 }

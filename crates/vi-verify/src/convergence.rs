@@ -8,7 +8,7 @@
 
 use super::order::{CLEAR, ErrorAt, NoOrder, ObservedOrder, QuantityScale, observed_order};
 use super::round_off::round_off;
-use super::subject::{GalerkinForm, Method, NodeValues, Setting, Subject};
+use super::subject::{GalerkinForm, NodeValues, SchemeSetting, SteppingMethod, Subject};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
 use vi_core::linear::norm_inf;
@@ -33,7 +33,7 @@ pub struct Horizon {
 
 /// What converges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub enum Quantity {
+pub enum StudiedQuantity {
     /// `q_n`.
     #[serde(rename = "q")]
     Position,
@@ -54,7 +54,7 @@ pub enum Quantity {
     StartMultiplier,
 }
 
-impl Quantity {
+impl StudiedQuantity {
     /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Position,
@@ -67,7 +67,7 @@ impl Quantity {
 
     /// As it is written for a method.
     #[must_use]
-    pub fn name(self, method: Method) -> &'static str {
+    pub fn name(self, method: SteppingMethod) -> &'static str {
         let variational = method.is_variational();
         match self {
             Self::Position => "q",
@@ -121,7 +121,7 @@ pub struct ReferenceMotion {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorSequence {
     /// The quantity.
-    pub quantity: Quantity,
+    pub quantity: StudiedQuantity,
     /// Relative errors, the coarsest step first.
     pub errors: Vec<ErrorAt>,
     /// The order over four halvings, or why none can be read.
@@ -136,7 +136,7 @@ pub struct ErrorSequence {
 /// Why the method does not apply or fails, in words.
 pub fn nodes(
     subject: &dyn Subject,
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     end: f64,
     steps: u32,
@@ -147,13 +147,13 @@ pub fn nodes(
 /// The initial node and those at the ends of `parts` equal parts of a run of `steps` steps.
 fn equal_parts(
     subject: &dyn Subject,
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     end: f64,
     steps: u32,
     parts: u32,
 ) -> Result<Vec<NodeValues>, String> {
-    let mut motion = subject.start(Setting::new(method, order, end / f64::from(steps)))?;
+    let mut motion = subject.start(SchemeSetting::new(method, order, end / f64::from(steps)))?;
     let mut nodes = vec![motion.values()?];
     for k in 1..=steps {
         motion.step()?;
@@ -175,7 +175,11 @@ fn largest(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Largest relative error of a quantity; `None` where the run or the reference does not have it, or
 /// where it is zero throughout.
-fn relative_error(quantity: Quantity, run: &[NodeValues], reference: &[NodeValues]) -> Option<f64> {
+fn relative_error(
+    quantity: StudiedQuantity,
+    run: &[NodeValues],
+    reference: &[NodeValues],
+) -> Option<f64> {
     let (start, exact_start) = (&run[0], &reference[0]);
     let (mut errors, mut sizes) = (Vec::new(), Vec::new());
     for (at, exact) in run.iter().zip(reference).skip(1) {
@@ -189,14 +193,15 @@ fn relative_error(quantity: Quantity, run: &[NodeValues], reference: &[NodeValue
 
 /// Largest difference of `q` between two runs, relative to the largest coordinate.
 pub fn relative_difference(run: &[NodeValues], other: &[NodeValues]) -> f64 {
-    relative_error(Quantity::Position, run, other).unwrap_or(0.0)
+    relative_error(StudiedQuantity::Position, run, other).unwrap_or(0.0)
 }
 
 /// No change of a reference below this is told from rounding.
 const ROUND_OFF: f64 = 1e-14;
 
 /// The schemes that a reference may be computed by, the best first.
-const BY: [Method; 2] = [Method::NODAL, Method::Variational(SchemeKind::Constrained)];
+const BY: [SteppingMethod; 2] =
+    [SteppingMethod::NODAL, SteppingMethod::Variational(SchemeKind::Constrained)];
 /// A reference less certain than that may be replaced by one of Galerkin steps, which are larger.
 const WELL_KNOWN: f64 = 1e-13;
 /// References of two schemes that differ by less are the same motion, apart from rounding.
@@ -236,7 +241,7 @@ impl ReferenceMotion {
     /// they are further apart than rounding explains, one is wrong, and no uncertainty may hide it.
     /// Of two less certain ones that agree to the uncertainty of this one, the better is taken.
     fn held_against_galerkin(mut self, subject: &dyn Subject, horizon: Horizon) -> Self {
-        let by = Method::Galerkin(GalerkinForm::Nodal);
+        let by = SteppingMethod::Galerkin(GalerkinForm::Nodal);
         let Ok(other) = Self::composed(subject, by, 12, horizon) else { return self };
         let apart = uncertainty(&self.nodes, &other.nodes);
         let agrees = apart.iter().zip(self.uncertainty).all(|(apart, own)| *apart <= 2.0 * own);
@@ -251,7 +256,7 @@ impl ReferenceMotion {
     /// By a high order, refined until round-off stops it.
     fn composed(
         subject: &dyn Subject,
-        method: Method,
+        method: SteppingMethod,
         order: u32,
         horizon: Horizon,
     ) -> Result<Self, String> {
@@ -279,7 +284,7 @@ impl ReferenceMotion {
     /// By order 2, extrapolated to `h = 0` in powers of `h²`.
     fn extrapolated(
         subject: &dyn Subject,
-        method: Method,
+        method: SteppingMethod,
         horizon: Horizon,
     ) -> Result<Self, String> {
         const LEVELS: i32 = 5;
@@ -314,11 +319,11 @@ impl ReferenceMotion {
         self.nodes.iter().step_by((SAMPLES / parts) as usize).cloned().collect()
     }
 
-    fn floor(&self, quantity: Quantity) -> f64 {
+    fn floor(&self, quantity: StudiedQuantity) -> f64 {
         let [q, p, lambda] = self.uncertainty;
         let uncertainty = match quantity {
-            Quantity::Position => q,
-            Quantity::Momentum | Quantity::ConstrainedMomentum => p,
+            StudiedQuantity::Position => q,
+            StudiedQuantity::Momentum | StudiedQuantity::ConstrainedMomentum => p,
             _ => lambda,
         };
         uncertainty.max(ROUND_OFF)
@@ -341,7 +346,7 @@ fn extrapolate(fine: &NodeValues, coarse: &NodeValues, factor: f64) -> NodeValue
 
 /// Relative changes of `q`, `p`, `λ` from one run to the next.
 fn uncertainty(coarse: &[NodeValues], fine: &[NodeValues]) -> [f64; 3] {
-    [Quantity::Position, Quantity::Momentum, Quantity::OtherMultiplier]
+    [StudiedQuantity::Position, StudiedQuantity::Momentum, StudiedQuantity::OtherMultiplier]
         .map(|quantity| relative_error(quantity, coarse, fine).unwrap_or(0.0))
 }
 
@@ -361,12 +366,12 @@ fn with_rounding(own: [f64; 3], apart: [f64; 3]) -> [f64; 3] {
 /// Why the method does not apply, or why no run reached the end, in words.
 pub fn study(
     subject: &dyn Subject,
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     horizon: Horizon,
     reference: &ReferenceMotion,
 ) -> Result<Vec<ErrorSequence>, String> {
-    let mut errors = vec![Vec::new(); Quantity::ALL.len()];
+    let mut errors = vec![Vec::new(); StudiedQuantity::ALL.len()];
     let mut refused = "no run was made".to_owned();
     let parts = if order >= HIGH { SAMPLES_OF_HIGH } else { SAMPLES };
     let exact = reference.at(parts);
@@ -376,7 +381,7 @@ pub fn study(
             Err(error) => refused = error,
             Ok(run) => {
                 let step = horizon.end / f64::from(steps);
-                for (quantity, errors) in Quantity::ALL.into_iter().zip(&mut errors) {
+                for (quantity, errors) in StudiedQuantity::ALL.into_iter().zip(&mut errors) {
                     let error = relative_error(quantity, &run, &exact);
                     errors.extend(error.map(|error| ErrorAt { step, error }));
                 }
@@ -396,18 +401,18 @@ pub fn study(
     if errors[0].is_empty() {
         return Err(refused);
     }
-    let judged = |(quantity, errors): (Quantity, Vec<ErrorAt>)| {
+    let judged = |(quantity, errors): (StudiedQuantity, Vec<ErrorAt>)| {
         let floor = reference.floor(quantity);
         let observed = observed_order(&errors, QuantityScale { size: 1.0, floor });
         (!errors.is_empty()).then_some(ErrorSequence { quantity, errors, observed, floor })
     };
-    Ok(Quantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
+    Ok(StudiedQuantity::ALL.into_iter().zip(errors).filter_map(judged).collect())
 }
 
 /// Whether refining further shows nothing more: the configuration is at round-off, and where it is
 /// so at any step everything else, too.
 fn is_settled(errors: &[Vec<ErrorAt>], reference: &ReferenceMotion) -> bool {
-    let floor = |k: usize| reference.floor(Quantity::ALL[k]);
+    let floor = |k: usize| reference.floor(StudiedQuantity::ALL[k]);
     let settled = |k: usize| errors[k].is_empty() || at_round_off(&errors[k], floor(k));
     let is_exact = errors[0].iter().all(|e| e.error <= CLEAR * floor(0));
     let watched = if is_exact { errors.len() } else { 1 };

@@ -23,7 +23,7 @@ use vi_rigid::{directors, null_space};
 pub type ReactionWrench = [f64; 6];
 
 /// What constraints say beyond `g`: momentum maps, and reactions where there are joints.
-pub trait Observed: Constraints {
+pub trait Observables: Constraints {
     /// `J(q, p)`, linear in `p`.
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum;
 
@@ -51,7 +51,7 @@ pub trait Observed: Constraints {
     }
 }
 
-impl Observed for Mechanism {
+impl Observables for Mechanism {
     fn momentum_map(&self, q: &[f64], p: &[f64]) -> Momentum {
         self.momentum(q, p)
     }
@@ -134,7 +134,7 @@ pub trait Equations {
     fn constraint_force(&self, at: Configuration<'_>, lambda: &[f64]) -> Vec<f64>;
     /// `|g(t, q)|_∞`.
     fn residual(&self, at: Configuration<'_>) -> f64;
-    /// [`Observed::unsupported`].
+    /// [`Observables::unsupported`].
     fn unsupported(
         &self,
         at: Configuration<'_>,
@@ -157,7 +157,7 @@ pub struct OfSystem<'a, S, C> {
     pub redundant: bool,
 }
 
-impl<S: MechanicalSystem, C: Observed> Equations for OfSystem<'_, S, C> {
+impl<S: MechanicalSystem, C: Observables> Equations for OfSystem<'_, S, C> {
     fn momentum(&self, v: &[f64]) -> Vec<f64> {
         let mut p = vec![0.0; v.len()];
         self.system.mass().mul_add(1.0, v, &mut p);

@@ -1,6 +1,6 @@
 //! What differs between families of schemes when their integrators are verified.
 
-use super::equations::{Equations, Observed, OfSystem};
+use super::equations::{Equations, Observables, OfSystem};
 use super::subject::{NodeValues, ReactionValues};
 use std::marker::PhantomData;
 use vi_constraints::discretization::{Discretization, Step};
@@ -62,7 +62,7 @@ impl<S> Default for Variational<S> {
     }
 }
 
-impl<S: DiscreteLagrangian, C: Observed> VerifiedFamily<C> for Variational<S> {
+impl<S: DiscreteLagrangian, C: Observables> VerifiedFamily<C> for Variational<S> {
     type System = S;
     type Exact = S;
 
@@ -140,7 +140,7 @@ impl EnergyMomentum {
     }
 }
 
-impl<C: Observed + DiscreteConstraints> VerifiedFamily<C> for EnergyMomentum {
+impl<C: Observables + DiscreteConstraints> VerifiedFamily<C> for EnergyMomentum {
     type System = EmSystem;
     type Exact = SeparableSystem;
 

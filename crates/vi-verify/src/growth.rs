@@ -94,8 +94,8 @@ mod tests {
     use super::*;
 
     /// A reproducible stream of numbers in (−1, 1).
-    struct Noise(u64);
-    impl Noise {
+    struct GrowthNoise(u64);
+    impl GrowthNoise {
         fn next(&mut self) -> f64 {
             self.0 ^= self.0 << 13;
             self.0 ^= self.0 >> 7;
@@ -105,7 +105,7 @@ mod tests {
     }
 
     fn walk(seed: u64, count: usize, drift: f64) -> Vec<f64> {
-        let (mut noise, mut x) = (Noise(seed), 3.0);
+        let (mut noise, mut x) = (GrowthNoise(seed), 3.0);
         for _ in 0..10 {
             noise.next();
         }
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn noise_about_a_constant_does_not_grow() {
-        let mut noise = Noise(11);
+        let mut noise = GrowthNoise(11);
         let x: Vec<f64> = (0..4096).map(|_| 3.0 + 1e-15 * noise.next()).collect();
         assert!(growth(&x).unwrap().exponent.abs() < 0.1);
     }

@@ -4,10 +4,10 @@
 //! twice the time they are larger.
 
 use super::certificate::Study;
-use super::convergence::{ErrorSequence, HIGH, Horizon, Quantity, ReferenceMotion, study};
+use super::convergence::{ErrorSequence, HIGH, Horizon, ReferenceMotion, StudiedQuantity, study};
 use super::judge::order_tolerance;
 use super::order::{HALVINGS, NoOrder, ObservedOrder, QuantityScale, longest_observed_order};
-use super::subject::{Method, Subject};
+use super::subject::{SteppingMethod, Subject};
 
 /// Halvings that an order is read over at least, and those that no longer horizon is tried for:
 /// little lies between the coarse end of high orders and round-off.
@@ -51,7 +51,11 @@ impl<'a> Horizons<'a> {
 
     /// Studies of a method, over longer and longer times until every quantity could be read that
     /// can. At least one, or why there is none.
-    pub(super) fn studies(&mut self, method: Method, order: u32) -> Result<Vec<Study>, String> {
+    pub(super) fn studies(
+        &mut self,
+        method: SteppingMethod,
+        order: u32,
+    ) -> Result<Vec<Study>, String> {
         let mut found: Vec<Study> = Vec::new();
         for extension in 0..=extensions(order) {
             let subject = self.subject;
@@ -77,7 +81,10 @@ impl<'a> Horizons<'a> {
 
 /// The study in which the order of a quantity is read best: over enough halvings and straight, then
 /// the straightest; else the first.
-pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &ErrorSequence)> {
+pub(super) fn clearest(
+    found: &[Study],
+    quantity: StudiedQuantity,
+) -> Option<(&Study, &ErrorSequence)> {
     let with_curve = |s| -> Option<(&Study, &ErrorSequence)> { Some((s, curve_of(s, quantity)?)) };
     let rank = |(study, curve): &(&Study, &ErrorSequence)| {
         let observed = curve.observed.as_ref().ok()?;
@@ -91,12 +98,12 @@ pub(super) fn clearest(found: &[Study], quantity: Quantity) -> Option<(&Study, &
 
 /// The error of a quantity that is as large as the quantity at the finest step of a study in which
 /// `q` has its order, and for multipliers, which need smaller steps, `p`.
-pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
-    let resolved: &[Quantity] = match quantity {
-        Quantity::Multiplier | Quantity::OtherMultiplier => {
-            &[Quantity::Position, Quantity::Momentum]
+pub(super) fn saturated(found: &[Study], quantity: StudiedQuantity) -> Option<f64> {
+    let resolved: &[StudiedQuantity] = match quantity {
+        StudiedQuantity::Multiplier | StudiedQuantity::OtherMultiplier => {
+            &[StudiedQuantity::Position, StudiedQuantity::Momentum]
         }
-        _ => &[Quantity::Position],
+        _ => &[StudiedQuantity::Position],
     };
     let has_order = |study: &Study, quantity| {
         let observed = curve_of(study, quantity).and_then(|curve| curve.observed.as_ref().ok());
@@ -112,7 +119,7 @@ pub(super) fn saturated(found: &[Study], quantity: Quantity) -> Option<f64> {
     found.iter().find_map(at_finest)
 }
 
-fn curve_of(study: &Study, quantity: Quantity) -> Option<&ErrorSequence> {
+fn curve_of(study: &Study, quantity: StudiedQuantity) -> Option<&ErrorSequence> {
     study.curves.iter().find(|c| c.quantity == quantity)
 }
 
@@ -129,7 +136,7 @@ fn a_longer_horizon_helps(found: &[Study]) -> bool {
                 | NoOrder::Uncertain { .. }
         ),
     };
-    let read = |quantity: Quantity| {
+    let read = |quantity: StudiedQuantity| {
         let mut curves = found.iter().filter_map(|s| Some((s, curve_of(s, quantity)?)));
         curves.any(|(s, c)| c.observed.is_ok() && !short(s, c))
     };

@@ -1,14 +1,14 @@
 //! Whether a measured number agrees with the expected property.
 
 use super::certificate::{Criterion, Finding, Study, Verdict};
-use super::convergence::{ErrorSequence, Quantity};
+use super::convergence::{ErrorSequence, StudiedQuantity};
 use super::frequency::RESOLVED;
 use super::growth::{Growth, NoGrowth, growth};
 use super::measure::{ConstraintResiduals, LongRun};
 use super::order::{NoOrder, ObservedOrder};
 use super::output::{Compared, LEAST_ORDER};
 use super::round_off::round_off;
-use super::subject::Method;
+use super::subject::SteppingMethod;
 use super::trend::{NEGLIGIBLE, Trend, WIDENING, trend};
 use vi_core::Composition;
 
@@ -47,16 +47,16 @@ pub fn scientific(value: f64, digits: usize) -> String {
 }
 
 /// Sub-steps of a step; those of a Galerkin scheme are its control points.
-pub(super) fn sub_steps(method: Method, order: u32) -> u64 {
+pub(super) fn sub_steps(method: SteppingMethod, order: u32) -> u64 {
     match method {
-        Method::Galerkin(_) => u64::from(order / 2),
+        SteppingMethod::Galerkin(_) => u64::from(order / 2),
         _ => Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64),
     }
 }
 
 /// The order of a quantity: nominal, except for multipliers that are known to be of first order.
 pub(super) fn judge_order(
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     curve: &ErrorSequence,
     study: &Study,
@@ -64,11 +64,11 @@ pub(super) fn judge_order(
     let mut found = Finding::new(Criterion::Order, method, order, curve.quantity.name(method));
     let variational = method.is_variational();
     let first_order = match curve.quantity {
-        Quantity::StartMultiplier if variational => {
+        StudiedQuantity::StartMultiplier if variational => {
             "(47) has one neighbouring step only: it is of first order"
         }
-        Quantity::StartMultiplier => "there is no preceding step to take the mean with",
-        Quantity::OtherMultiplier if !variational => {
+        StudiedQuantity::StartMultiplier => "there is no preceding step to take the mean with",
+        StudiedQuantity::OtherMultiplier if !variational => {
             "the normal part of v_n alternates from step to step; the mean of two steps is of order 2"
         }
         _ => "",
@@ -136,7 +136,7 @@ pub(super) fn judge_order(
 }
 
 /// What is reported against the equations of motion: differences of second order, or round-off.
-pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> Finding {
+pub(super) fn judge_output(method: SteppingMethod, order: u32, compared: &Compared) -> Finding {
     let mut found = Finding::new(Criterion::Output, method, order, compared.output.name());
     let (coarse, fine) = (compared.errors[0], compared.errors[compared.errors.len() - 1]);
     found.expected = compared.expected();
@@ -168,7 +168,7 @@ pub(super) fn judge_output(method: Method, order: u32, compared: &Compared) -> F
 
 /// The energy of a conservative system: a band for variational schemes, round-off for
 /// energy–momentum schemes.
-pub(super) fn judge_energy(method: Method, order: u32, run: &LongRun) -> Finding {
+pub(super) fn judge_energy(method: SteppingMethod, order: u32, run: &LongRun) -> Finding {
     let mut found = Finding::new(Criterion::Energy, method, order, "H_d");
     if run.nature.nonholonomic {
         found.verdict = Verdict::NotApplicable;
@@ -258,7 +258,7 @@ fn band(trend: &Trend, relative: f64, run: &LongRun) -> String {
 }
 
 pub(super) fn judge_momentum(
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     name: &str,
     run: &LongRun,
@@ -286,7 +286,7 @@ pub(super) fn judge_momentum(
     found
 }
 
-pub(super) fn judge_residual(method: Method, order: u32, run: &LongRun) -> Finding {
+pub(super) fn judge_residual(method: SteppingMethod, order: u32, run: &LongRun) -> Finding {
     let ConstraintResiduals { position, .. } = run.residuals();
     let limit = 1e-13 * (1.0 + run.size().powi(2));
     let mut found = Finding::new(Criterion::Residual, method, order, "constraints g");

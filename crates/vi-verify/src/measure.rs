@@ -2,7 +2,7 @@
 //! agreement.
 
 use super::fit::{of_tenths, power_law};
-use super::subject::{Invariants, Method, Nature, Setting, Subject};
+use super::subject::{Invariants, Nature, SchemeSetting, SteppingMethod, Subject};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 use vi_core::Composition;
@@ -42,7 +42,11 @@ fn every(steps: u64) -> u64 {
 ///
 /// # Errors
 /// Why the method does not apply or a step failed, in words.
-pub fn long_run(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<LongRun, String> {
+pub fn long_run(
+    subject: &dyn Subject,
+    setting: SchemeSetting,
+    steps: u64,
+) -> Result<LongRun, String> {
     let mut motion = subject.start(setting)?;
     let every = every(steps);
     let mut nature = motion.nature()?;
@@ -197,7 +201,11 @@ pub struct Reversal {
 ///
 /// # Errors
 /// As [`long_run`].
-pub fn reversal(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<Reversal, String> {
+pub fn reversal(
+    subject: &dyn Subject,
+    setting: SchemeSetting,
+    steps: u64,
+) -> Result<Reversal, String> {
     let mut motion = subject.start(setting)?;
     let start = motion.q().to_vec();
     (0..steps).try_for_each(|_| motion.step())?;
@@ -210,7 +218,7 @@ pub fn reversal(subject: &dyn Subject, setting: Setting, steps: u64) -> Result<R
 
 /// Growth of the largest of a few tangent vectors in `q` over a run; `None` with forces.
 #[must_use]
-pub fn amplification(subject: &dyn Subject, setting: Setting, steps: u64) -> Option<f64> {
+pub fn amplification(subject: &dyn Subject, setting: SchemeSetting, steps: u64) -> Option<f64> {
     let mut motion = subject.start(setting).ok()?;
     let mut tangents = motion.tangents();
     let (count, mut largest) = (tangents.dq.ncols() / 2, 1.0_f64);
@@ -242,11 +250,11 @@ pub struct Conditioning {
 ///
 /// # Errors
 /// As [`long_run`]; matrix-free operators have no condition number.
-pub fn conditioning(subject: &dyn Subject, setting: Setting) -> Result<Conditioning, String> {
+pub fn conditioning(subject: &dyn Subject, setting: SchemeSetting) -> Result<Conditioning, String> {
     let mut numbers = Vec::new();
     for k in 0..4 {
         let step = setting.step / 2_f64.powi(k);
-        let mut motion = subject.start(Setting { step, dense: true, ..setting })?;
+        let mut motion = subject.start(SchemeSetting { step, dense: true, ..setting })?;
         (0..3).try_for_each(|_| motion.step())?;
         let condition = motion.condition().ok_or("its operators form no matrix")?;
         numbers.push((step, condition.as_written, condition.scaled));
@@ -263,7 +271,11 @@ pub fn conditioning(subject: &dyn Subject, setting: Setting) -> Result<Condition
 ///
 /// # Errors
 /// As [`long_run`].
-pub fn distance(subject: &dyn Subject, settings: [Setting; 2], steps: u64) -> Result<f64, String> {
+pub fn distance(
+    subject: &dyn Subject,
+    settings: [SchemeSetting; 2],
+    steps: u64,
+) -> Result<f64, String> {
     let [mut one, mut other] = [subject.start(settings[0])?, subject.start(settings[1])?];
     let mut largest = 0.0;
     for _ in 0..steps {
@@ -277,7 +289,8 @@ pub fn distance(subject: &dyn Subject, settings: [Setting; 2], steps: u64) -> Re
 
 /// The methods of a subject that apply, with a step.
 #[must_use]
-pub fn applicable(subject: &dyn Subject, of: &[Method], step: f64) -> Vec<Method> {
-    let applies = |method: &&Method| subject.start(Setting::new(**method, 2, step)).is_ok();
+pub fn applicable(subject: &dyn Subject, of: &[SteppingMethod], step: f64) -> Vec<SteppingMethod> {
+    let applies =
+        |method: &&SteppingMethod| subject.start(SchemeSetting::new(**method, 2, step)).is_ok();
     of.iter().filter(applies).copied().collect()
 }

@@ -27,7 +27,9 @@
 
 use super::fit::power_law;
 use super::order::{AMPLIFIED, CLEAR, ErrorAt, NoOrder};
-use super::subject::{Invariants, Method, NodeValues, RunningMotion, Setting, Subject};
+use super::subject::{
+    Invariants, NodeValues, RunningMotion, SchemeSetting, SteppingMethod, Subject,
+};
 use vi_core::Configuration;
 use vi_core::linear::norm_inf;
 use vi_core::momentum_map::Momentum;
@@ -233,7 +235,7 @@ struct Window {
 ///
 /// # Errors
 /// Why the method does not apply or a step failed, in words.
-pub fn outputs(subject: &dyn Subject, setting: Setting) -> Result<Vec<Compared>, String> {
+pub fn outputs(subject: &dyn Subject, setting: SchemeSetting) -> Result<Vec<Compared>, String> {
     let stencil = Stencil::of_order(setting.order);
     let apart = APART.max(2 * stencil.width() as u64);
     let of_node = setting.order > 2 && is_conservative(subject, setting, apart)?;
@@ -247,7 +249,7 @@ pub fn outputs(subject: &dyn Subject, setting: Setting) -> Result<Vec<Compared>,
     for level in 0..LEVELS {
         let parts = 1_u64 << level;
         let step = setting.step / parts as f64;
-        let mut motion = subject.start(Setting { step, ..setting })?;
+        let mut motion = subject.start(SchemeSetting { step, ..setting })?;
         let mut largest = [Difference::default(); 9];
         for _ in 0..NODES {
             let window = window(&mut *motion, apart * parts, stencil.width(), step)?;
@@ -266,7 +268,7 @@ pub fn outputs(subject: &dyn Subject, setting: Setting) -> Result<Vec<Compared>,
         }
     }
     found.retain(|compared| compared.errors.len() as u32 == LEVELS);
-    if matches!(setting.method, Method::EnergyMomentum(_)) {
+    if matches!(setting.method, SteppingMethod::EnergyMomentum(_)) {
         // there is only one energy, and the multiplier of a single step is of first order
         found.retain(|c| !matches!(c.output, Output::DiscreteEnergy | Output::OtherMultiplier));
     }
@@ -274,7 +276,11 @@ pub fn outputs(subject: &dyn Subject, setting: Setting) -> Result<Vec<Compared>,
 }
 
 /// Whether no work is done at any of the nodes that are looked at.
-fn is_conservative(subject: &dyn Subject, setting: Setting, apart: u64) -> Result<bool, String> {
+fn is_conservative(
+    subject: &dyn Subject,
+    setting: SchemeSetting,
+    apart: u64,
+) -> Result<bool, String> {
     let mut motion = subject.start(setting)?;
     let mut conservative = motion.nature()?.conservative;
     for _ in 0..NODES {

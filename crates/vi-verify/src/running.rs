@@ -1,12 +1,12 @@
 //! An integrator as a [`RunningMotion`].
 
-use super::equations::{Equations, Observed, OfSystem};
+use super::equations::{Equations, Observables, OfSystem};
 use super::family::{EnergyMomentum, Variational, VerifiedFamily};
 use super::frequency::frequency;
 use super::subject::{Invariants, Nature, NodeValues, RunningMotion};
 use vi_constraints::discretization::Discretization;
 use vi_constraints::initialization::{InitialValues, start};
-use vi_constraints::scheme::Condition;
+use vi_constraints::scheme::ConditionNumbers;
 use vi_constraints::tangent_map::Tangents;
 use vi_constraints::{Constraints, Integrator};
 use vi_core::linear::norm_inf;
@@ -19,19 +19,19 @@ use vi_emscheme::EmIntegrator;
 use vi_emscheme::constraint::DiscreteConstraints;
 
 /// An integrator in motion.
-pub struct Running<F: VerifiedFamily<C>, C: Constraints> {
+pub struct RunningSystem<F: VerifiedFamily<C>, C: Constraints> {
     run: Integrator<F::System, C>,
     family: F,
     discrete_energy: Option<f64>, // J  Σ γ_i E_{d,i} of the last step
 }
 
-impl<F: VerifiedFamily<C>, C: Constraints> std::fmt::Debug for Running<F, C> {
+impl<F: VerifiedFamily<C>, C: Constraints> std::fmt::Debug for RunningSystem<F, C> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Running").finish_non_exhaustive()
     }
 }
 
-impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
+impl<S: DiscreteLagrangian, C: Observables> RunningSystem<Variational<S>, C> {
     /// A variational integrator, from its present node.
     #[must_use]
     pub fn variational(run: Integrator<S, C>) -> Self {
@@ -39,7 +39,7 @@ impl<S: DiscreteLagrangian, C: Observed> Running<Variational<S>, C> {
     }
 }
 
-impl<C: Observed + DiscreteConstraints> Running<EnergyMomentum, C> {
+impl<C: Observables + DiscreteConstraints> RunningSystem<EnergyMomentum, C> {
     /// An energy–momentum integrator, from its present node; `forces` is the variational
     /// description of the same system.
     #[must_use]
@@ -101,7 +101,11 @@ fn symmetries(
 }
 
 /// What holds of a system at a node `(t, q, v)`.
-fn nature(system: &impl MechanicalSystem, constraints: &impl Observed, at: Motion<'_>) -> Nature {
+fn nature(
+    system: &impl MechanicalSystem,
+    constraints: &impl Observables,
+    at: Motion<'_>,
+) -> Nature {
     let Motion { t, q, .. } = at;
     let momentum = |p: &[f64]| constraints.momentum_map(q, p);
     let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
@@ -118,7 +122,7 @@ fn nature(system: &impl MechanicalSystem, constraints: &impl Observed, at: Motio
     }
 }
 
-impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
+impl<F: VerifiedFamily<C>, C: Observables> RunningMotion for RunningSystem<F, C> {
     fn step(&mut self) -> Result<(), String> {
         let mut action_rate = Some(0.0); // −∂/∂h of the action: E_d weighted with the sub-steps
         let mut length = 0.0;
@@ -209,7 +213,7 @@ impl<F: VerifiedFamily<C>, C: Observed> RunningMotion for Running<F, C> {
         Ok(nature(system, self.run.constraints(), state.configuration().moving(&v)))
     }
 
-    fn condition(&mut self) -> Option<Condition> {
+    fn condition(&mut self) -> Option<ConditionNumbers> {
         self.run.condition()
     }
 

@@ -7,7 +7,7 @@
 use super::equations::{Equations, ReactionWrench};
 use serde::{Deserialize, Serialize};
 use vi_constraints::SchemeKind;
-use vi_constraints::scheme::Condition;
+use vi_constraints::scheme::ConditionNumbers;
 use vi_constraints::tangent_map::Tangents;
 use vi_core::momentum_map::Momentum;
 use vi_emscheme::EmForm;
@@ -15,7 +15,7 @@ use vi_emscheme::EmForm;
 /// A time-stepping method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Method {
+pub enum SteppingMethod {
     /// One of the four variational schemes; orders 4, 6, 8 by composition.
     Variational(SchemeKind),
     /// A Galerkin scheme, order `2s` with `s` control points.
@@ -65,7 +65,7 @@ impl GalerkinForm {
     }
 }
 
-impl Method {
+impl SteppingMethod {
     /// The production scheme.
     pub const NODAL: Self = Self::Variational(SchemeKind::Nodal);
 
@@ -88,9 +88,9 @@ impl Method {
 
 /// What a motion is started with.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setting {
+pub struct SchemeSetting {
     /// The method.
-    pub method: Method,
+    pub method: SteppingMethod,
     /// Its order: 2; 4, 6, 8 by composition; 2, 4 … 16 of Galerkin schemes.
     pub order: u32,
     /// `h`, s.
@@ -99,10 +99,10 @@ pub struct Setting {
     pub dense: bool,
 }
 
-impl Setting {
+impl SchemeSetting {
     /// A method of an order with a step `h`.
     #[must_use]
-    pub fn new(method: Method, order: u32, step: f64) -> Self {
+    pub fn new(method: SteppingMethod, order: u32, step: f64) -> Self {
         Self { method, order, step, dense: false }
     }
 }
@@ -185,7 +185,7 @@ pub trait Subject: Sync {
     /// Why the method does not apply, in words.
     fn start_from(
         &self,
-        setting: Setting,
+        setting: SchemeSetting,
         at: Option<Initial<'_>>,
     ) -> Result<Box<dyn RunningMotion>, String>;
 
@@ -193,7 +193,7 @@ pub trait Subject: Sync {
     ///
     /// # Errors
     /// As [`Subject::start_from`].
-    fn start(&self, setting: Setting) -> Result<Box<dyn RunningMotion>, String> {
+    fn start(&self, setting: SchemeSetting) -> Result<Box<dyn RunningMotion>, String> {
         self.start_from(setting, None)
     }
 
@@ -254,7 +254,7 @@ pub trait RunningMotion {
     /// As [`RunningMotion::values`].
     fn nature(&mut self) -> Result<Nature, String>;
     /// Condition numbers of the Newton matrix of the last step.
-    fn condition(&mut self) -> Option<Condition>;
+    fn condition(&mut self) -> Option<ConditionNumbers>;
     /// A canonical basis of tangent vectors at the present node.
     fn tangents(&mut self) -> Tangents;
     /// One macro step that takes tangent vectors along; begun by [`RunningMotion::tangents`].

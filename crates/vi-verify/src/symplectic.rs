@@ -11,7 +11,7 @@
 //! counts modulo `range Gᵀ` only, see [`vi_constraints::tangent_map`]. With dampers no form is
 //! conserved; a prescribed motion or a load that depends on time alone does conserve it.
 
-use super::subject::{Setting, Subject};
+use super::subject::{SchemeSetting, Subject};
 use nalgebra::DMatrix;
 use vi_core::linear::norm_inf;
 
@@ -62,7 +62,7 @@ impl Derivatives {
 /// Why the method does not apply or a step failed, in words.
 pub fn symplectic_defect(
     subject: &dyn Subject,
-    setting: Setting,
+    setting: SchemeSetting,
     steps: u64,
 ) -> Result<Option<f64>, String> {
     let mut least = f64::INFINITY;
@@ -78,7 +78,7 @@ pub fn symplectic_defect(
 
 fn defect(
     subject: &dyn Subject,
-    setting: Setting,
+    setting: SchemeSetting,
     steps: u64,
     unit: f64,
 ) -> Result<Option<f64>, String> {

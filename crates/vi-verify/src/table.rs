@@ -2,7 +2,7 @@
 //! property.
 
 use super::certificate::{Certificate, Criterion, Finding, Verdict};
-use super::subject::Method;
+use super::subject::SteppingMethod;
 
 /// An entry of a table.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -67,7 +67,7 @@ fn column(finding: &Finding) -> String {
     }
 }
 
-fn row(method: Method, order: u32) -> String {
+fn row(method: SteppingMethod, order: u32) -> String {
     format!("{} {order}", method.name())
 }
 

@@ -2,7 +2,7 @@
 
 use super::{ContactCase, GAP, JointCase, NonsmoothCase, RATES, RESIDUAL, spin};
 use crate::harness::case::{Deviation, raise};
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::ModelText;
 use holonom::{Sample, Simulation};
 use std::fmt::Write as _;

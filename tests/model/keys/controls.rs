@@ -4,7 +4,7 @@
 use super::{Case, Checks, Run};
 use holonom::gradient::{ModelGradient, Wanted, gradient};
 use holonom::model::ModelText;
-use holonom::optimize::{Progress, Status, Watch, optimize};
+use holonom::optimize::{SearchProgress, SearchStatus, SearchWatch, optimize};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
@@ -288,9 +288,9 @@ fn speeds() -> [(&'static str, f64); 5] {
 fn designed(run: &Run) -> Checks {
     let mut checks = Checks::default();
     let text = ModelText::from_text(Path::new("model.toml"), run.document.to_string());
-    let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
+    let watch: SearchWatch = Rc::new(RefCell::new(|_: &SearchProgress| true));
     let found = optimize((&text, &[], &run.model), None, None, &watch).ok();
-    let report = found.map(|own| own.report).filter(|own| own.status == Status::Optimal);
+    let report = found.map(|own| own.report).filter(|own| own.status == SearchStatus::Optimal);
     let Some(report) = report else {
         checks.near("there is an optimum", 0.0, 1.0, 1e-3);
         return checks;

@@ -3,7 +3,7 @@
 //! errors are those of linear regression.
 
 use super::{Case, Checks, Run};
-use holonom::identification::{Identified, Watch, data, identify};
+use holonom::identification::{IdentificationWatch, Identified, data, identify};
 use holonom::model::ModelText;
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;
@@ -58,7 +58,7 @@ fn found(document: &str) -> Option<Identified> {
     let text = ModelText::from_text(Path::new("model.toml"), document);
     let model = text.model(&[]).ok()?;
     let columns = data::read("data.csv", &data_file(), &model).ok()?;
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut || false };
+    let mut watch = IdentificationWatch { run: &mut |_| {}, interrupted: &mut || false };
     identify(&text, &[], &model, &columns, &mut watch).ok().map(|found| found.estimate)
 }
 

@@ -3,7 +3,7 @@
 use holonom::model::ModelText;
 use holonom::nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use holonom::run::prepare;
-use holonom::sensor::Column;
+use holonom::sensor::SensorColumn;
 use holonom::{Member, MemberKind, Model, RunOutcome, Sample};
 use std::path::PathBuf;
 
@@ -61,7 +61,7 @@ impl Run {
             RunOutcome::Done => {}
             RunOutcome::Failed(failure) => return Err(failure.message),
         }
-        let sensors = run.sensors().columns().iter().map(Column::name).collect();
+        let sensors = run.sensors().columns().iter().map(SensorColumn::name).collect();
         let facts = Facts {
             dof: run.assembly().counts.dof,
             divided_steps: run.divided_steps().map_or(0, |divided| divided.count),

@@ -16,7 +16,7 @@ mod sweeps;
 
 use holonom::nalgebra::{Matrix3, Rotation3, Vector3};
 use holonom::output::RunFolder;
-use holonom::run::{Control, prepare, run_with};
+use holonom::run::{RunControl, prepare, run_with};
 use holonom::{Model, Summary};
 use std::collections::BTreeMap;
 
@@ -62,7 +62,7 @@ impl Tables {
         let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("tables").join(name);
         let folder = RunFolder::create(&path, true).unwrap();
         let mut experiment = prepare(&model).unwrap();
-        let control = Control {
+        let control = RunControl {
             progress: &mut |_, _| {},
             notice: &mut |_| {},
             interrupted: &mut || false,

@@ -2,7 +2,7 @@
 
 use super::{Known, Tables, check};
 use holonom::model::ModelText;
-use holonom::optimize::{Found, Progress, Watch, optimize_by_own_method};
+use holonom::optimize::{FoundOptimum, SearchProgress, SearchWatch, optimize_by_own_method};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
@@ -15,8 +15,8 @@ const STEPS: usize = 24;
 const WAYS: [f64; 2] = [0.5, -0.8];
 const END: f64 = STEP * STEPS as f64;
 
-fn optimum(text: &str) -> Found {
-    let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
+fn optimum(text: &str) -> FoundOptimum {
+    let watch: SearchWatch = Rc::new(RefCell::new(|_: &SearchProgress| true));
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let found =
         optimize_by_own_method(&text, &[], &text.model(&[]).unwrap(), None, &watch).unwrap();

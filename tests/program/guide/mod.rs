@@ -14,7 +14,7 @@ mod run;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use holonom::model::reference::Section;
+use holonom::model::reference::ReferenceSection;
 use page::Page;
 
 const REFERENCE: &str = "reference";
@@ -110,7 +110,7 @@ fn every_command_prints_what_the_page_shows() {
 #[test]
 fn reference_is_that_of_the_program() {
     let folder = source().join(REFERENCE);
-    for section in Section::names().filter_map(Section::of) {
+    for section in ReferenceSection::names().filter_map(ReferenceSection::of) {
         let path = folder.join(format!("{}.md", section.name));
         let expected = section.markdown();
         if writes() {

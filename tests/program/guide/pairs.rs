@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use holonom::model::reference::Section;
+use holonom::model::reference::ReferenceSection;
 
 use super::{source, writes};
 use crate::program::command::{folder, holonom, words};
@@ -10,7 +10,7 @@ use crate::program::command::{folder, holonom, words};
 /// Each type of joint has a model and a picture of it, made by `run` and `export --format svg`.
 #[test]
 fn every_pair_is_shown_as_it_moves() {
-    let joint = Section::of("joint").unwrap();
+    let joint = ReferenceSection::of("joint").unwrap();
     let types = joint.tables.iter().find(|table| table.of == ["type"]).unwrap();
     let pairs: Vec<&str> = types.rows.iter().map(|row| row.name.trim_matches('"')).collect();
     assert_eq!(pairs.len(), 8, "{pairs:?}");

@@ -2,7 +2,7 @@
 
 use super::values::{drift, number};
 use super::{Compared, claims, tables};
-use holonom::compare::{EnergyBehaviour, Outcome, Record, table};
+use holonom::compare::{EnergyBehaviour, Record, SchemeOutcome, table};
 use std::fmt::Write;
 
 const HEAD: &str = include_str!("head.md");
@@ -44,7 +44,7 @@ fn model(out: &mut String, one: &Compared) {
 
 fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
     let Some(m) = &r.measured else {
-        if let Outcome::Refused { reason } = &r.outcome {
+        if let SchemeOutcome::Refused { reason } = &r.outcome {
             let _ = writeln!(out, "| {name} | does not run: {reason} ||||||||||");
         }
         return;
@@ -56,7 +56,7 @@ fn row(out: &mut String, one: &Compared, name: &str, r: &Record) {
         EnergyBehaviour::Changes => "changes",
         EnergyBehaviour::Unknown => "",
     };
-    let failed = if r.outcome == Outcome::Done { "" } else { " (failed)" };
+    let failed = if r.outcome == SchemeOutcome::Done { "" } else { " (failed)" };
     let micro = |x: f64| format!("{:.2}", 1e6 * x);
     let _ = writeln!(
         out,

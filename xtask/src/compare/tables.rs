@@ -226,7 +226,7 @@ pub(super) fn linearizations(out: &mut String, all: &[Compared]) {
              µs with their range.\n\n| model | multipliers: iterations, time | derivative: iterations, time | \
              derivative : multipliers | apart |\n|---|---|---|---|---|\n";
     for one in all {
-        let cost = |c: &holonom::compare::linearization::Cost| {
+        let cost = |c: &holonom::compare::linearization::LinearizationCost| {
             let [median, low, high] =
                 [c.time.median, c.time.range[0], c.time.range[1]].map(|s| 1e6 * s);
             format!("{:.2}, {median:.1} ({low:.1} … {high:.1})", c.iterations)

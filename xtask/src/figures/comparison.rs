@@ -1,7 +1,7 @@
 //! The charts of one model under a variational and an energy–momentum scheme: energy, momentum
 //! maps, constraint fulfilment.
 
-use holonom::report::{Chart, ChartAxis, Strokes};
+use holonom::report::{ChartAxis, LineChart, Strokes};
 use holonom::simulation::RunOutcome;
 use holonom::{Model, Sample, Simulation};
 
@@ -56,8 +56,8 @@ impl Recorded {
 }
 
 /// The error of the energy of all runs.
-pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
-    Chart {
+pub(super) fn energy(title: &str, runs: &[Recorded]) -> LineChart {
+    LineChart {
         title: title.into(),
         x: ChartAxis::time(),
         y: ChartAxis::linear("H − H(0)", "J"),
@@ -69,12 +69,12 @@ pub(super) fn energy(title: &str, runs: &[Recorded]) -> Chart {
 }
 
 /// The change of the momentum maps of all runs.
-pub(super) fn momentum(title: &str, runs: &[Recorded]) -> Chart {
+pub(super) fn momentum(title: &str, runs: &[Recorded]) -> LineChart {
     let maps = [(0, "linear"), (1, "angular")];
     let curves = runs.iter().flat_map(|run| {
         maps.map(|(k, name)| curve(&format!("{name}, {}", run.scheme), run.momentum_errors(k)))
     });
-    Chart {
+    LineChart {
         title: title.into(),
         x: ChartAxis::time(),
         y: ChartAxis::logarithmic("largest change", "SI"),
@@ -96,10 +96,10 @@ pub(super) fn momentum_errors([variational, conserving]: &[Recorded; 2]) -> Stri
 }
 
 /// The residuals of the constraints at three levels of one run.
-pub(super) fn constraints(title: &str, run: &Recorded) -> Chart {
+pub(super) fn constraints(title: &str, run: &Recorded) -> LineChart {
     let level =
         |name: &str, of: fn(&Sample) -> f64| curve(name, run.samples.iter().map(|s| (s.t, of(s))));
-    Chart {
+    LineChart {
         title: title.into(),
         x: ChartAxis::time(),
         y: ChartAxis::logarithmic("residual", "SI"),

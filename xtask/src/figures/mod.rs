@@ -15,7 +15,7 @@ mod pendulum;
 use holonom_reliability::text_file;
 use std::path::Path;
 
-use holonom::report::{Chart, Picture, Series};
+use holonom::report::{LineChart, Picture, Series};
 use holonom::{Model, Override};
 
 /// What goes wrong is said in words: nobody decides by it.
@@ -29,12 +29,12 @@ struct Figure {
 }
 
 impl Figure {
-    fn chart(file: &'static str, chart: &Chart, caption: String) -> Result<Self> {
+    fn chart(file: &'static str, chart: &LineChart, caption: String) -> Result<Self> {
         Ok(Self { file, svg: chart.svg(), caption })
     }
 
     /// Charts below one another.
-    fn panels(file: &'static str, charts: &[Chart], caption: String) -> Result<Self> {
+    fn panels(file: &'static str, charts: &[LineChart], caption: String) -> Result<Self> {
         const SIZE: (usize, usize) = (880, 330); // of a chart, px
         let mut svg = format!(
             "<svg width=\"{}\" height=\"{}\" xmlns=\"http://www.w3.org/2000/svg\">\n",

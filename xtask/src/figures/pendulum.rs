@@ -2,7 +2,7 @@
 //! Legendre transforms. Letters as there: `p_n^∓`, `λ_n`, `h`.
 
 use holonom::Model;
-use holonom::report::{Chart, ChartAxis, Item, LabelSide, Paint, Picture, Series, Strokes};
+use holonom::report::{ChartAxis, Item, LabelSide, LineChart, Paint, Picture, Series, Strokes};
 use holonom::vi_core::Energies;
 
 use super::orbit::{Point, orbit};
@@ -137,7 +137,7 @@ pub(super) fn gravity(model: &Model) -> Result<Section> {
 
 /// The total and its parts, each in a panel of its own: without gravity curves of one energy
 /// coincide.
-fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<Chart> {
+fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<LineChart> {
     let parts: [(&str, fn(Energies) -> f64); 3] = [
         ("total", |e| e.total()),
         ("kinetic part", |e| e.kinetic),
@@ -158,7 +158,7 @@ fn free_energies(fine: &[Point], coarse: &[Point]) -> Vec<Chart> {
 }
 
 /// The totals, then each energy at each step in its parts.
-fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<Chart> {
+fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<LineChart> {
     let energies: [(&str, fn(&Point) -> Energies); 2] =
         [("H_d", |p| p.hamiltonian), ("E_d", |p| p.discrete_energy)];
     let runs = [("0.1", coarse), ("0.05", fine)];
@@ -180,8 +180,8 @@ fn gravity_energies(coarse: &[Point], fine: &[Point]) -> Vec<Chart> {
     panels
 }
 
-fn energy_chart(title: String, curves: Vec<Series>) -> Chart {
-    Chart {
+fn energy_chart(title: String, curves: Vec<Series>) -> LineChart {
+    LineChart {
         title,
         x: ChartAxis::time(),
         y: ChartAxis::linear("energy", "J"),
@@ -193,10 +193,10 @@ fn energy_chart(title: String, curves: Vec<Series>) -> Chart {
 }
 
 /// Residuals at three levels at h = 0.1 s.
-fn hidden(which: &str, points: &[Point]) -> Chart {
+fn hidden(which: &str, points: &[Point]) -> LineChart {
     let level =
         |name: &str, of: fn(&Point) -> f64| curve(name, points.iter().map(|p| (p.t, of(p))));
-    Chart {
+    LineChart {
         title: format!("Constraints at three levels, {which}, h = 0.1 s"),
         x: ChartAxis::time(),
         y: ChartAxis::logarithmic("residual", "SI"),

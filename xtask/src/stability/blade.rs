@@ -3,7 +3,7 @@
 use holonom::nalgebra::Vector3;
 use holonom::vi_beam::averaged::AveragedStrains;
 use holonom::vi_beam::profile::{Material, Profile, Stated};
-use holonom::vi_beam::{BeamModel, ElementKind, FrameRule, Mesh, Section, StrainRule};
+use holonom::vi_beam::{BeamMesh, BeamModel, ElementKind, FrameRule, Section, StrainRule};
 use holonom::vi_constraints::{InitialValues, Options, SchemeKind};
 use holonom::vi_core::legendre::discrete_energy;
 use holonom::vi_core::{Quadrature, SeparableSystem};
@@ -111,7 +111,7 @@ impl Rope {
             Section::new([0.4 * ea, 0.4 * ea, ea, ei, ei, 0.8 * ei], [line, inertia, inertia, 0.0]);
         let rule = FrameRule::Normal(Vector3::z());
         let ends = [Vector3::zeros(), 10.0 * Vector3::x()];
-        let mesh = Mesh::straight(ends[0], ends[1], elements, rule).expect("a line");
+        let mesh = BeamMesh::straight(ends[0], ends[1], elements, rule).expect("a line");
         let mut model = BeamModel::new(Vector3::zeros());
         let beam = model.add_beam("rope", &mesh, section.expect("positive")).expect("elements");
         let mut model = of(model, kind);
@@ -182,7 +182,7 @@ impl Blade {
         let section = profile.section(&material, &Stated::default()).expect("a rectangle");
         let rule = FrameRule::Normal(Vector3::z());
         let tip = 5.0 * Vector3::x();
-        let mesh = Mesh::straight(Vector3::zeros(), tip, elements, rule).expect("a line");
+        let mesh = BeamMesh::straight(Vector3::zeros(), tip, elements, rule).expect("a line");
         let mut model = BeamModel::new(Vector3::zeros());
         let beam = model.add_beam("blade", &mesh, section).expect("a mesh has elements");
         model.join(PairKind::Revolute, None, beam.nodes.start, &Vector3::zeros(), &Vector3::z());

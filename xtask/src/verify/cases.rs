@@ -7,7 +7,7 @@ use holonom::certificate::subject::ModelSubject;
 use holonom::verification::certificate::{Criterion, Finding};
 use holonom::verification::certify::MeasurementPlan;
 use holonom::verification::convergence::Horizon;
-use holonom::verification::subject::{GalerkinForm, Method, Setting, Subject};
+use holonom::verification::subject::{GalerkinForm, SchemeSetting, SteppingMethod, Subject};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 
@@ -171,8 +171,8 @@ fn case(
     Numbers(end, coarsest, finest, step, [long, short], weight): Numbers,
     quick: bool,
 ) -> Case {
-    let nodal = Method::NODAL;
-    let methods = SchemeKind::ALL.map(Method::Variational);
+    let nodal = SteppingMethod::NODAL;
+    let methods = SchemeKind::ALL.map(SteppingMethod::Variational);
     let others = methods.into_iter().filter(|method| *method != nodal);
     let orders = |method| match (quick, method == nodal) {
         (false, _) => vec![2, 4, 6, 8],
@@ -187,7 +187,8 @@ fn case(
         (false, false) => vec![2, 4],
         (true, _) => vec![2],
     };
-    let comparator = forms.iter().map(|form| (Method::EnergyMomentum(*form), composed(form)));
+    let comparator =
+        forms.iter().map(|form| (SteppingMethod::EnergyMomentum(*form), composed(form)));
     let galerkin = galerkin(subject.as_ref(), step, quick, weight);
     let methods = variational.chain(galerkin).chain(comparator).collect();
     let (long, short) = if quick { (long * 10, 2048) } else { (long * 1000, short * 1000) };
@@ -216,12 +217,12 @@ fn galerkin(
     step: f64,
     quick: bool,
     weight: u32,
-) -> Option<(Method, Vec<u32>)> {
-    let method = Method::Galerkin(GalerkinForm::Nodal);
+) -> Option<(SteppingMethod, Vec<u32>)> {
+    let method = SteppingMethod::Galerkin(GalerkinForm::Nodal);
     let orders = match quick {
         false => vec![4, 6, 8, 16],
         true if weight <= 10 => vec![4],
         true => return None,
     };
-    subject.start(Setting::new(method, orders[0], step)).is_ok().then_some((method, orders))
+    subject.start(SchemeSetting::new(method, orders[0], step)).is_ok().then_some((method, orders))
 }

@@ -2,7 +2,7 @@
 
 use holonom::nalgebra::Vector3;
 use holonom::verification::certificate::{Criterion, Finding, Verdict};
-use holonom::vi_beam::{BeamModel, FrameRule, Mesh, Section};
+use holonom::vi_beam::{BeamMesh, BeamModel, FrameRule, Section};
 use holonom::vi_rigid::load::{Load, LoadKind};
 use holonom::vi_rigid::time_history::TimeHistory;
 use holonom::vi_statics::{StaticProblem, StaticSettings};
@@ -18,7 +18,7 @@ const LIMIT: f64 = 1e-10;
 /// V_e = ½ ℓ EI ((sin θ − sin θ_0)/ℓ)²,    M = EI (sin θ − sin θ_0) cos θ / ℓ
 /// ```
 /// with the arc length `ℓ`. `change` may alter the mesh first; it is the identity but in tests.
-pub(crate) fn curved_cantilever(change: &dyn Fn(&mut Mesh)) -> Finding {
+pub(crate) fn curved_cantilever(change: &dyn Fn(&mut BeamMesh)) -> Finding {
     let (elements, radius, bending) = (8_u32, 2.0, 5.0);
     let turn = FRAC_PI_2 / f64::from(elements); // θ_0, of the stress-free beam
     let (bent, length) = (0.7 * turn, radius * turn);
@@ -56,13 +56,13 @@ fn end_rotation(
     radius: f64,
     bending: f64,
     moment: f64,
-    change: &dyn Fn(&mut Mesh),
+    change: &dyn Fn(&mut BeamMesh),
 ) -> Result<f64, String> {
     let words = |e: &dyn std::fmt::Display| e.to_string();
     let (center, axis) = (radius * Vector3::y(), Vector3::z());
     let rule = FrameRule::Normal(axis);
     let mut mesh =
-        Mesh::arc(center, -center, axis, FRAC_PI_2, elements, rule).map_err(|e| words(&e))?;
+        BeamMesh::arc(center, -center, axis, FRAC_PI_2, elements, rule).map_err(|e| words(&e))?;
     change(&mut mesh);
     let stiffness = [1e3, 1e3, 1e3, bending, bending, bending];
     let section = Section::new(stiffness, [1.0, 0.1, 0.1, 0.0]).map_err(|e| words(&e))?;

@@ -3,7 +3,7 @@
 use holonom::certificate::subject::ModelSubject;
 use holonom::nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use holonom::verification::subject::{
-    Initial, Method, NodeValues, RunningMotion, Setting, Subject,
+    Initial, NodeValues, RunningMotion, SchemeSetting, SteppingMethod, Subject,
 };
 use holonom::vi_constraints::projection::Projections;
 use holonom::vi_constraints::{Constraints, SchemeKind};
@@ -20,7 +20,11 @@ pub(crate) struct Exact {
 
 impl Exact {
     pub(crate) fn new(subject: ModelSubject, motion: ExactMotion) -> Result<Self, String> {
-        subject.integrator(SchemeKind::Nodal, Setting::new(Method::NODAL, 2, 1.0), None)?;
+        subject.integrator(
+            SchemeKind::Nodal,
+            SchemeSetting::new(SteppingMethod::NODAL, 2, 1.0),
+            None,
+        )?;
         Ok(Self { subject, motion })
     }
 }
@@ -28,14 +32,14 @@ impl Exact {
 impl Subject for Exact {
     fn start_from(
         &self,
-        setting: Setting,
+        setting: SchemeSetting,
         at: Option<Initial<'_>>,
     ) -> Result<Box<dyn RunningMotion>, String> {
         self.subject.start_from(setting, at)
     }
 
     fn exact(&self, t: f64) -> Option<NodeValues> {
-        let setting = Setting::new(Method::NODAL, 2, 1.0);
+        let setting = SchemeSetting::new(SteppingMethod::NODAL, 2, 1.0);
         let run = self.subject.integrator(SchemeKind::Nodal, setting, None).ok()?;
         let (q, v) = (self.motion)(t, &run.state().q);
         let (system, constraints) = (run.system(), run.constraints());

@@ -3,7 +3,7 @@
 
 use super::Certified;
 use holonom::verification::certificate::{Criterion, Finding, Verdict};
-use holonom::verification::subject::Method;
+use holonom::verification::subject::SteppingMethod;
 use std::collections::BTreeMap;
 
 /// What a line is about: criterion, quantity, family, order.
@@ -75,14 +75,14 @@ fn property(finding: &Finding) -> Key {
 
 fn key(finding: &Finding) -> Key {
     let family = match finding.method {
-        Some(Method::Variational(_)) => "variational",
-        Some(Method::Galerkin(_)) => "Galerkin",
-        Some(Method::EnergyMomentum(_)) => "energy–momentum",
+        Some(SteppingMethod::Variational(_)) => "variational",
+        Some(SteppingMethod::Galerkin(_)) => "Galerkin",
+        Some(SteppingMethod::EnergyMomentum(_)) => "energy–momentum",
         None => "statics",
     };
     // the Newton matrix has an exponent of its own in each scheme
     let scheme = match finding.criterion {
-        Criterion::Conditioning => finding.method.map_or(family, Method::name),
+        Criterion::Conditioning => finding.method.map_or(family, SteppingMethod::name),
         _ => family,
     };
     let quantity = match finding.criterion {

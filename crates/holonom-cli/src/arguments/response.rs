@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use holonom::response::{AddedDamping, Band, Input};
+use holonom::response::{AddedDamping, Band, ResponseInput};
 
 use super::configuration::At;
 use super::shared::ModelArguments;
@@ -20,7 +20,7 @@ pub(crate) struct ResponseArguments {
     /// What excites: load.NAME, base.x=AMPLITUDE (the ground moves, m; also y, z) or
     /// unbalance.BODY.z=U (the force U ω² that turns about an axis, kg·m); may be repeated
     #[arg(long, value_name = "INPUT", required = true)]
-    pub(crate) input: Vec<Input>,
+    pub(crate) input: Vec<ResponseInput>,
     /// N frequencies from A to B, Hz; resonances between them are added with their flanks
     #[arg(long, value_name = "A:B:N", value_parser = band, allow_negative_numbers = true)]
     pub(crate) band: Band,

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use holonom::sweep::{Sampling, Shard, Variation};
+use holonom::sweep::{PointSampling, Shard, Variation};
 
 use super::shared::ModelArguments;
 
@@ -23,7 +23,7 @@ pub(crate) struct SweepArguments {
     pub(crate) vary: Vec<Variation>,
     /// How points are chosen
     #[arg(long, value_name = "HOW", default_value = "grid", value_parser = sampling())]
-    pub(crate) sample: Sampling,
+    pub(crate) sample: PointSampling,
     /// Number of samples
     #[arg(short = 'n', long = "points", value_name = "N")]
     pub(crate) points: Option<usize>,
@@ -51,9 +51,9 @@ pub(crate) struct SweepArguments {
 }
 
 /// A way to choose points by its name.
-fn sampling() -> impl TypedValueParser<Value = Sampling> {
-    PossibleValuesParser::new(Sampling::ALL.map(Sampling::name)).map(|name| {
-        let found = Sampling::ALL.into_iter().find(|sampling| sampling.name() == name);
+fn sampling() -> impl TypedValueParser<Value = PointSampling> {
+    PossibleValuesParser::new(PointSampling::ALL.map(PointSampling::name)).map(|name| {
+        let found = PointSampling::ALL.into_iter().find(|sampling| sampling.name() == name);
         found.expect("it is one of the possible values")
     })
 }

@@ -8,7 +8,7 @@ use super::motion::{NodeAnimation, quaternion, rests, single};
 use super::skin;
 use crate::coil::coil;
 use crate::look::{INK, Look, NamedJoint, NamedLine, Rgb, foot, holds, point, symbol};
-use crate::mesh::{Mesh, along, stick};
+use crate::mesh::{SurfaceMesh, along, stick};
 use crate::run::ShownRun;
 use crate::tube::MemberPose;
 use holonom_report::scene::parts::SceneJoint;
@@ -74,7 +74,7 @@ impl DocumentWriter {
             }
             for (k, skin) in skin::skins(beam, first).into_iter().enumerate() {
                 let name = if k == 0 { beam.name.clone() } else { format!("{} {k}", beam.name) };
-                self.skin(&name, &skin, (beam.color, 1.0), &held, first);
+                self.skin(&name, &skin, beam.color, 1.0, &held, first);
             }
         }
         for joint in &look.joints {
@@ -199,14 +199,15 @@ impl DocumentWriter {
     }
 
     /// Hangs a surface on a node; one without triangles is left out.
-    fn show(&mut self, node: usize, name: &str, mesh: &Mesh, look: (Rgb, f64)) {
+    fn show(&mut self, node: usize, name: &str, mesh: &SurfaceMesh, (color, opacity): (Rgb, f64)) {
         if !mesh.triangles.is_empty() {
             let attributes = self.attributes(mesh, &Rotation3::identity());
-            self.nodes[node]["mesh"] = json!(self.primitive(name, mesh, attributes, look));
+            self.nodes[node]["mesh"] =
+                json!(self.primitive(name, mesh, attributes, color, opacity));
         }
     }
 
-    fn attributes(&mut self, mesh: &Mesh, turn: &Rotation3<f64>) -> Value {
+    fn attributes(&mut self, mesh: &SurfaceMesh, turn: &Rotation3<f64>) -> Value {
         let all = |values: &[[f64; 3]]| -> Vec<[f32; 3]> {
             values.iter().map(|x| single(&(turn * Vector3::from(*x)))).collect()
         };
@@ -216,9 +217,16 @@ impl DocumentWriter {
         })
     }
 
-    fn primitive(&mut self, name: &str, mesh: &Mesh, attributes: Value, look: (Rgb, f64)) -> usize {
+    fn primitive(
+        &mut self,
+        name: &str,
+        mesh: &SurfaceMesh,
+        attributes: Value,
+        color: Rgb,
+        opacity: f64,
+    ) -> usize {
         let indices = self.buffer.triangles(&mesh.triangles);
-        let material = self.material(look);
+        let material = self.material((color, opacity));
         let primitive =
             json!({ "attributes": attributes, "indices": indices, "material": material });
         self.meshes.push(json!({ "name": name, "primitives": [primitive] }));
@@ -230,7 +238,8 @@ impl DocumentWriter {
         &mut self,
         name: &str,
         skin: &skin::Skin,
-        look: (Rgb, f64),
+        color: Rgb,
+        opacity: f64,
         held: &[usize],
         first: &[MemberPose],
     ) {
@@ -241,7 +250,7 @@ impl DocumentWriter {
         let mut attributes = self.attributes(&surface, &world);
         attributes["JOINTS_0"] = json!(self.buffer.joints(&joints));
         attributes["WEIGHTS_0"] = json!(self.buffer.weights(&weights));
-        let mesh = self.primitive(name, &surface, attributes, look);
+        let mesh = self.primitive(name, &surface, attributes, color, opacity);
         let nodes: Vec<usize> = skin.nodes.clone().map(|member| held[member]).collect();
         let binds: Vec<[f32; 16]> =
             first[skin.nodes.clone()].iter().map(|pose| skin::inverse_bind(pose, &world)).collect();

@@ -19,7 +19,7 @@ mod skin;
 use serde_json::Value;
 use std::io::{self, Write};
 
-use crate::pace::Pace;
+use crate::pace::AnimationPace;
 use crate::run::ShownRun;
 use crate::tube::MemberPose;
 use crate::{ExportError, Exported};
@@ -46,7 +46,7 @@ impl GltfFile {
             times.push(run.time(&frame, index));
             poses.push(run.poses(&frame));
         }
-        let pace = Pace::of(&times, run.is_static());
+        let pace = AnimationPace::of(&times, run.is_static());
         let scale = pace.scale();
         let begin = times.first().copied().unwrap_or_default();
         // times that are one in single precision are one frame

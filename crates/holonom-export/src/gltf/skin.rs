@@ -10,7 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use std::ops::Range;
 
 use crate::look::NamedBeam;
-use crate::tube::{MemberPose, Section, Tube};
+use crate::tube::{MemberPose, Tube, TubeSection};
 
 /// Nodes of one skin at most: their indices are bytes.
 const NODES: usize = 200;
@@ -38,7 +38,7 @@ fn parts(leg: Range<usize>) -> impl Iterator<Item = Range<usize>> {
 }
 
 /// The joints of a corner and their weights.
-pub(super) fn influence(section: &Section) -> ([u8; 4], [f32; 4]) {
+pub(super) fn influence(section: &TubeSection) -> ([u8; 4], [f32; 4]) {
     let s = section.place;
     let w = (s * s * (3.0 - 2.0 * s)) as f32;
     let node = section.node as u8;

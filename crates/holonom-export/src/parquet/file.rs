@@ -99,7 +99,7 @@ struct Chunk {
 }
 
 /// Some rows of all columns.
-struct Group {
+struct RowGroup {
     rows: i64,
     chunks: Vec<Chunk>,
 }
@@ -125,7 +125,7 @@ pub(super) fn write(path: &Path, columns: &[(&str, ColumnValues<'_>)], rows: usi
             chunks.push(Chunk { offset, size });
             offset += size;
         }
-        groups.push(Group { rows: range.len() as i64, chunks });
+        groups.push(RowGroup { rows: range.len() as i64, chunks });
     }
     let mut metadata = Vec::new();
     structure(&mut metadata, |fields| file_metadata(fields, columns, &groups));
@@ -147,7 +147,11 @@ fn page_header(header: &mut Fields<'_>, size: i32, rows: i32) {
     });
 }
 
-fn file_metadata(fields: &mut Fields<'_>, columns: &[(&str, ColumnValues<'_>)], groups: &[Group]) {
+fn file_metadata(
+    fields: &mut Fields<'_>,
+    columns: &[(&str, ColumnValues<'_>)],
+    groups: &[RowGroup],
+) {
     fields.int(1, 1); // version
     let elements: Vec<_> = std::iter::once(None).chain(columns.iter().map(Some)).collect();
     fields.structures(2, &elements, |element, fields| match element {

@@ -3,10 +3,10 @@
 
 use nalgebra::Vector3;
 
-use super::view::Place;
+use super::view::PlanePoint;
 
 /// The corners in their order around; points on an edge are left out.
-pub(super) fn hull(mut points: Vec<Place>) -> Vec<Place> {
+pub(super) fn hull(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
     points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
     points.dedup();
     if points.len() < 3 {
@@ -43,8 +43,8 @@ pub(super) fn extreme(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
 }
 
 /// One side, from the first point to the last.
-fn chain<'a>(points: impl Iterator<Item = &'a Place>) -> Vec<Place> {
-    let mut side: Vec<Place> = Vec::new();
+fn chain<'a>(points: impl Iterator<Item = &'a PlanePoint>) -> Vec<PlanePoint> {
+    let mut side: Vec<PlanePoint> = Vec::new();
     for point in points {
         while let [.., a, b] = side[..] {
             let turn = (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]);

@@ -1,7 +1,7 @@
 //! What is drawn: points that move with members of the run.
 
 use super::hull::{extreme, hull};
-use super::view::{Directions, Place};
+use super::view::{Directions, PlanePoint};
 use crate::look::{INK, Look, NamedBeam, NamedLine, Rgb, holds, point};
 use crate::tube::MemberPose;
 use holonom_report::scene::parts::SceneEnd;
@@ -18,12 +18,12 @@ pub(super) enum ItemStyle {
 
 /// A body, a beam, a line or a joint at all frames.
 #[derive(Debug)]
-pub(super) struct Item {
+pub(super) struct SvgItem {
     pub(super) stroke: ItemStyle,
     pub(super) color: Rgb,
     pub(super) opacity: f64, // in [0, 1]
     source: Vec<SceneEnd>,
-    pub(super) frames: Vec<Vec<Place>>,
+    pub(super) frames: Vec<Vec<PlanePoint>>,
     /// When an event released it, s.
     until: Option<f64>,
     /// Frames in which it is there.
@@ -33,13 +33,13 @@ pub(super) struct Item {
 }
 
 /// All items of a run.
-pub(super) fn all(look: &Look) -> Vec<Item> {
+pub(super) fn all(look: &Look) -> Vec<SvgItem> {
     let of = |member: usize, point: [f64; 3]| SceneEnd { member: member as i64, point };
     let solids = look.solids.iter().flat_map(|solid| {
         solid.parts().map(move |points| {
             let points = extreme(points).into_iter().map(|point| of(solid.member, point));
-            let item = Item::new(ItemStyle::Surface, solid.color, points.collect());
-            Item { opacity: solid.opacity, ..item }
+            let item = SvgItem::new(ItemStyle::Surface, solid.color, points.collect());
+            SvgItem { opacity: solid.opacity, ..item }
         })
     });
     let beams = look.beams.iter().flat_map(|beam: &NamedBeam| {
@@ -47,27 +47,27 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
         let thickness = (2.0 * a.max(b)).min(2.0 * look.symbol);
         beam.legs().into_iter().map(move |leg| {
             let nodes = leg.map(|node| of(node, [0.0; 3])).collect();
-            Item::new(ItemStyle::Line(thickness), beam.color, nodes)
+            SvgItem::new(ItemStyle::Line(thickness), beam.color, nodes)
         })
     });
     let lines = look.lines.iter().map(|NamedLine { line, spring, .. }| {
         let thickness = if *spring { 0.4 } else { 0.8 } * look.symbol;
         let ends = vec![line.from.clone(), line.to.clone()];
-        Item { until: line.until, ..Item::new(ItemStyle::Line(thickness), INK, ends) }
+        SvgItem { until: line.until, ..SvgItem::new(ItemStyle::Line(thickness), INK, ends) }
     });
     // a line of no length with round ends is a dot
     let joints = look.joints.iter().flat_map(|named| {
         let dot = vec![named.joint.child.clone(); 2];
         let symbol = look.symbol.min(named.joint.limit);
-        let dot = Item::new(ItemStyle::Line(1.6 * symbol), INK, dot);
+        let dot = SvgItem::new(ItemStyle::Line(1.6 * symbol), INK, dot);
         let axes =
             [(&named.joint.parent, named.joint.axis), (&named.joint.child, named.joint.axis2)];
         let axes = axes.map(|(end, axis)| Some(pin(end, &axis?, 5.0 * symbol)));
         let lines = axes.into_iter().flatten();
         let until = named.joint.until;
         std::iter::once(dot)
-            .chain(lines.map(move |ends| Item::new(ItemStyle::Line(0.7 * symbol), INK, ends)))
-            .map(move |item| Item { until, ..item })
+            .chain(lines.map(move |ends| SvgItem::new(ItemStyle::Line(0.7 * symbol), INK, ends)))
+            .map(move |item| SvgItem { until, ..item })
     });
     // a plate on the ground is seen from aside, a line across
     let feet = look.feet.iter().map(|place| {
@@ -75,13 +75,13 @@ pub(super) fn all(look: &Look) -> Vec<Item> {
         let across = up.cross(&nalgebra::Vector3::new(0.0, -1.0, 0.0));
         let across = if across.norm() > 1e-3 { across.normalize() } else { nalgebra::Vector3::x() };
         let at = SceneEnd { member: -1, point: *place };
-        Item::new(
+        SvgItem::new(
             ItemStyle::Line(0.9 * look.symbol),
             INK,
             pin(&at, &across.into(), 1.5 * look.symbol),
         )
     });
-    let joints = joints.map(|item| Item { on_top: true, ..item });
+    let joints = joints.map(|item| SvgItem { on_top: true, ..item });
     solids.chain(beams).chain(lines).chain(feet).chain(joints).collect()
 }
 
@@ -96,7 +96,7 @@ fn pin(end: &SceneEnd, axis: &[f64; 3], half: f64) -> Vec<SceneEnd> {
     vec![at(-1.0), at(1.0)]
 }
 
-impl Item {
+impl SvgItem {
     fn new(stroke: ItemStyle, color: Rgb, source: Vec<SceneEnd>) -> Self {
         let (frames, until, held) = (Vec::new(), None, 0);
         let (depth, on_top, opacity) = (0.0, false, 1.0);
@@ -111,7 +111,7 @@ impl Item {
         }
         self.held += 1;
         let places = self.source.iter().map(|end| view.of(&point(end, poses)));
-        let (places, depths): (Vec<Place>, Vec<f64>) = places.unzip();
+        let (places, depths): (Vec<PlanePoint>, Vec<f64>) = places.unzip();
         self.depth += depths.iter().sum::<f64>() / depths.len().max(1) as f64;
         self.frames.push(match self.stroke {
             ItemStyle::Surface => hull(places),
@@ -119,7 +119,7 @@ impl Item {
         });
     }
 
-    pub(super) fn points(&self) -> impl Iterator<Item = &Place> {
+    pub(super) fn points(&self) -> impl Iterator<Item = &PlanePoint> {
         self.frames.iter().flatten()
     }
 

@@ -17,10 +17,10 @@ mod view;
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use crate::pace::Pace;
+use crate::pace::AnimationPace;
 use crate::run::ShownRun;
 use crate::{ExportError, Exported};
-use item::{Item, ItemStyle};
+use item::{ItemStyle, SvgItem};
 use view::{Directions, Sheet};
 
 /// Width of the drawing, tenths of a pixel.
@@ -52,11 +52,11 @@ impl AnimatedDrawing {
             let poses = run.poses(&frame);
             items.iter_mut().for_each(|item| item.follow(frame.t, &poses, &view));
         }
-        let sheet = Sheet::around(items.iter().flat_map(Item::points), [WIDTH, HEIGHT], MARGIN);
+        let sheet = Sheet::around(items.iter().flat_map(SvgItem::points), [WIDTH, HEIGHT], MARGIN);
         let sheet =
             sheet.ok_or_else(|| run.unreadable("it has numbers that are too large".into()))?;
-        items.sort_by(Item::order);
-        let pace = Pace::of(&times, run.is_static());
+        items.sort_by(SvgItem::order);
+        let pace = AnimationPace::of(&times, run.is_static());
         let exported = Exported { frames: times.len(), recorded, pace: pace.reported() };
         Ok(Self { svg: svg(&run.model.header.name, &items, &sheet, pace.length(&times)), exported })
     }
@@ -68,7 +68,7 @@ impl AnimatedDrawing {
 }
 
 /// The document; `length` of the animation, s.
-fn svg(title: &str, items: &[Item], sheet: &Sheet, length: f64) -> String {
+fn svg(title: &str, items: &[SvgItem], sheet: &Sheet, length: f64) -> String {
     let height = sheet.height.ceil();
     let title = title.replace('&', "&amp;").replace('<', "&lt;");
     let mut out = format!(
@@ -84,7 +84,7 @@ fn svg(title: &str, items: &[Item], sheet: &Sheet, length: f64) -> String {
     out + "</g>\n</svg>\n"
 }
 
-fn element(out: &mut String, item: &Item, sheet: &Sheet, length: f64) {
+fn element(out: &mut String, item: &SvgItem, sheet: &Sheet, length: f64) {
     let [r, g, b] = item.color;
     let color = format!("#{r:02x}{g:02x}{b:02x}");
     let width = |metres: f64, least: f64| (metres * sheet.scale).max(least).round();

@@ -4,7 +4,7 @@ use holonom_model::{Model, ModelError};
 use holonom_report::Drawing;
 use holonom_sim::output::Frames;
 
-use super::item::{self, Item, ItemStyle};
+use super::item::{self, ItemStyle, SvgItem};
 use super::view::{Directions, Sheet};
 use super::{HEIGHT, MARGIN, OPACITY, WIDTH};
 use crate::look::{INK, Look, poses};
@@ -26,14 +26,14 @@ pub fn configuration(model: &Model) -> Result<Option<Drawing>, ModelError> {
     let poses = poses(&frames.members, &frames.q[0]);
     let mut items = item::all(&look);
     items.iter_mut().for_each(|item| item.follow(0.0, &poses, &view));
-    items.sort_by(Item::order);
-    let points = items.iter().flat_map(Item::points);
+    items.sort_by(SvgItem::order);
+    let points = items.iter().flat_map(SvgItem::points);
     let size = [PX * WIDTH, PX * HEIGHT];
     let sheet = Sheet::around(points, size, PX * MARGIN);
     Ok(sheet.map(|sheet| drawing(&items, &sheet)))
 }
 
-fn drawing(items: &[Item], sheet: &Sheet) -> Drawing {
+fn drawing(items: &[SvgItem], sheet: &Sheet) -> Drawing {
     let mut drawing = Drawing::sheet(PX * WIDTH, sheet.height.ceil());
     for item in items {
         let points = item.points().map(|point| sheet.placed(point)).collect();

@@ -4,7 +4,7 @@ use holonom_report::Point;
 use nalgebra::{Matrix3, Vector3};
 
 /// A place in the plane of the drawing: to the right, upwards.
-pub(super) type Place = [f64; 2];
+pub(super) type PlanePoint = [f64; 2];
 
 /// Directions of the drawing in space: to the right, upwards, towards the viewer; as rows.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl Directions {
     }
 
     /// Place and depth, which is larger nearer to the viewer; m.
-    pub(super) fn of(&self, point: &Vector3<f64>) -> (Place, f64) {
+    pub(super) fn of(&self, point: &Vector3<f64>) -> (PlanePoint, f64) {
         let [right, up, towards] = (self.0 * point).into();
         ([right, up], towards)
     }
@@ -39,21 +39,21 @@ pub(super) struct Sheet {
     /// Units of the drawing per metre.
     pub(super) scale: f64,
     pub(super) height: f64,
-    origin: Place, // of the drawing, m
-    inset: Place,
+    origin: PlanePoint, // of the drawing, m
+    inset: PlanePoint,
 }
 
 impl Sheet {
     /// That holds all points; `None` where they are not finite or too large.
     pub(super) fn around<'a>(
-        points: impl Iterator<Item = &'a Place>,
+        points: impl Iterator<Item = &'a PlanePoint>,
         [width, tallest]: [f64; 2],
         margin: f64,
     ) -> Option<Self> {
-        let mut bounds: Option<[Place; 2]> = None;
+        let mut bounds: Option<[PlanePoint; 2]> = None;
         for point in points {
             let [low, high] = bounds.unwrap_or([*point; 2]);
-            let each = |pick: fn(f64, f64) -> f64, a: Place| {
+            let each = |pick: fn(f64, f64) -> f64, a: PlanePoint| {
                 std::array::from_fn(
                     |i| if point[i].is_nan() { f64::NAN } else { pick(a[i], point[i]) },
                 )
@@ -73,15 +73,15 @@ impl Sheet {
     }
 
     /// Where a place is on the sheet, downwards positive.
-    pub(super) fn placed(&self, point: &Place) -> Point {
+    pub(super) fn placed(&self, point: &PlanePoint) -> Point {
         let x = (point[0] - self.origin[0]) * self.scale + self.inset[0];
         let y = (self.origin[1] - point[1]) * self.scale + self.inset[1];
         [x, y]
     }
 
     /// Points as an attribute of SVG.
-    pub(super) fn written(&self, points: &[Place]) -> String {
-        let place = |point: &Place| {
+    pub(super) fn written(&self, points: &[PlanePoint]) -> String {
+        let place = |point: &PlanePoint| {
             let [x, y] = self.placed(point);
             format!("{x:.0},{y:.0}")
         };

@@ -6,7 +6,7 @@
 //! ```
 
 use holonom_model::{Model, Sensor, SensorKind};
-use holonom_sim::output::columns::{Column, MOMENTUM, POSITION_NAMES, PROJECTED};
+use holonom_sim::output::columns::{MOMENTUM, OutputColumn, POSITION_NAMES, PROJECTED};
 use holonom_sim::output::{RowTable, RunFolder};
 use holonom_sim::sample::{Member, MemberKind};
 use nalgebra::{Matrix3, Vector3};
@@ -28,7 +28,7 @@ pub(super) struct Rate {
 
 /// First columns of the numbers of a member.
 #[derive(Clone, Copy, Debug, Default)]
-struct Columns {
+struct RateColumns {
     velocity: Option<usize>,         // in sensors.csv
     angular_velocity: Option<usize>, // in sensors.csv
     momenta: [Option<usize>; 2],     // in momenta.csv: p_projected, p
@@ -38,7 +38,7 @@ struct Columns {
 struct Mover {
     fixed: bool,
     kind: MemberKind,
-    columns: Columns,
+    columns: RateColumns,
     mass: f64,
     /// Inverse of the inertia along the directors; `None` where it is singular.
     inverse_inertia: Option<Matrix3<f64>>,
@@ -69,11 +69,11 @@ impl MemberRates {
                 let sensor = own.find(central)?;
                 sensors.as_ref()?.column(&format!("{}.{x}", sensor.name))
             };
-            let momentum = |group: Column| {
+            let momentum = |group: OutputColumn| {
                 let first = format!("{}.{name}.{x}", group.name);
                 momenta.as_ref()?.column(&first)
             };
-            let columns = Columns {
+            let columns = RateColumns {
                 velocity: of(SensorKind::Velocity),
                 angular_velocity: of(SensorKind::AngularVelocity),
                 momenta: [PROJECTED, MOMENTUM].map(momentum),

@@ -3,7 +3,7 @@
 use holonom::model::ModelText;
 use holonom::{Model, Override};
 use holonom_fmi::{fmi2, fmi3};
-use holonom_fmu::{Causality, Interface, Quantity, Request, Resources, Version};
+use holonom_fmu::{Causality, Interface, Resources, UnitRequest, VariableRole, Version};
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::PathBuf;
@@ -64,7 +64,7 @@ impl Unit {
         let overrides: Vec<Override> = set.iter().map(|(k, v)| Override::new(*k, *v)).collect();
         let model = text.model(&overrides).unwrap();
         let owned = |list: &[&str]| list.iter().map(|own| (*own).to_owned()).collect();
-        let request = Request { inputs: owned(inputs), parameters: owned(keys) };
+        let request = UnitRequest { inputs: owned(inputs), parameters: owned(keys) };
         let resources = Resources::new(text, overrides, &model, request).unwrap();
         let (_, interface) = resources.interface().unwrap();
         for (path, bytes) in resources.files().unwrap() {
@@ -85,7 +85,7 @@ impl Unit {
     pub(crate) fn columns(&self) -> Vec<(u32, usize)> {
         let outputs = self.interface.of_causality(Causality::Output);
         let column = |(k, own): (usize, &holonom_fmu::Variable)| match own.quantity {
-            Quantity::Column(column) => Some((k as u32, column)),
+            VariableRole::Column(column) => Some((k as u32, column)),
             _ => None,
         };
         outputs.filter_map(column).collect()

@@ -14,7 +14,7 @@ use super::settings::Defaults;
 use super::tendon::Tendons;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Link, Path, Servo};
+use crate::robot::{LengthPath, RobotLink, Servo};
 use crate::source::{Refusal, Result};
 
 const NOT_ASKED: &str = "actuators: not translated; `--actuators` makes servos motors or laws that act without controls";
@@ -184,7 +184,7 @@ impl Actuator {
 /// Gives joints and tendons their servos.
 pub(super) fn servos(
     root: &XmlElement,
-    (links, tendons, defaults): (&mut [Link], &mut Tendons, &Defaults),
+    (links, tendons, defaults): (&mut [RobotLink], &mut Tendons, &Defaults),
     wanted: bool,
     remarks: &mut Remarks,
 ) -> Result<()> {
@@ -208,7 +208,7 @@ pub(super) fn servos(
             (None, Some(name)) => {
                 let tendon = tendons.named(name);
                 let tendon = tendon.ok_or_else(|| missing(child, "tendon", "tendon", name))?;
-                Some(&mut tendon.servo).filter(|_| !matches!(tendon.path, Path::Other))
+                Some(&mut tendon.servo).filter(|_| !matches!(tendon.path, LengthPath::Other))
             }
             (None, None) => None,
         };

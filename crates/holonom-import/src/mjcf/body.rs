@@ -6,11 +6,13 @@ use super::geom::{Geom, Geoms};
 use super::pose::{orientation, pose};
 use super::settings::{Defaults, FileSettings, FromGeoms};
 use crate::element::XmlElement;
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 use crate::remark::{FAR, Remarks};
-use crate::robot::{Joint, Link, Mobility, NamedFrame, Servo};
+use crate::robot::{Mobility, NamedFrame, RobotJoint, RobotLink, Servo};
 use crate::source::{Refusal, Result};
-use crate::surface::{FRICTION, GeomPair, GroundPlane, NOT_ASKED, SOFT, Surface, Touching};
+use crate::surface::{
+    FRICTION, GeomPair, GroundPlane, NOT_ASKED, SOFT, TouchingSolid, TouchingSurface,
+};
 
 /// Where an element stands: in which link, under which class, in which `<frame>`.
 #[derive(Clone)]
@@ -30,7 +32,7 @@ pub(crate) struct Bodies<'a, 'b> {
     pub(crate) settings: &'a FileSettings,
     pub(crate) defaults: &'a Defaults,
     pub(crate) remarks: &'a mut Remarks,
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<RobotLink>,
     pub(crate) sites: Vec<NamedFrame>,
     /// Names of bodies that are moved from outside.
     pub(crate) mocaps: Vec<String>,
@@ -132,8 +134,8 @@ impl Bodies<'_, '_> {
         child: &XmlElement,
         element: &XmlElement,
         scope: &Context,
-    ) -> Result<Option<Surface>> {
-        let surface = Surface { is_paired: self.is_paired(child), ..surface(element)? };
+    ) -> Result<Option<TouchingSurface>> {
+        let surface = TouchingSurface { is_paired: self.is_paired(child), ..surface(element)? };
         if surface.groups == [0, 0] && !surface.is_paired {
             return Ok(None);
         }
@@ -154,13 +156,13 @@ impl Bodies<'_, '_> {
     fn body(&mut self, element: &XmlElement, scope: &Context) -> Result<()> {
         let number = self.links.len();
         let name = element.word("name").map_or_else(|| format!("body{number}"), str::to_owned);
-        self.links.push(Link {
+        self.links.push(RobotLink {
             name,
             parent: scope.link,
             frame: scope.frame * pose(element, self.settings)?,
             free: false,
             joints: Vec::new(),
-            mass: Mass::default(),
+            mass: ImportedMass::default(),
             solids: Vec::new(),
             touching: Vec::new(),
             place: element.place.clone(),
@@ -189,7 +191,7 @@ impl Bodies<'_, '_> {
         let link = &mut self.links[number];
         let touching = geoms.iter().filter_map(|geom| {
             let (name, placed) = (geom.name.clone(), geom.placed.clone()?);
-            Some(Touching { name, placed, surface: geom.surface? })
+            Some(TouchingSolid { name, placed, surface: geom.surface? })
         });
         link.touching = touching.collect();
         link.solids = geoms.into_iter().filter_map(|geom| geom.placed).collect();
@@ -198,12 +200,12 @@ impl Bodies<'_, '_> {
     }
 
     /// Mass properties of a body: stated, or those of its geoms.
-    fn mass(&mut self, element: &XmlElement, geoms: &[Geom]) -> Result<Mass> {
+    fn mass(&mut self, element: &XmlElement, geoms: &[Geom]) -> Result<ImportedMass> {
         let inertial = element.child("inertial");
         let always = self.settings.from_geoms == FromGeoms::Always;
         let stated = match inertial.filter(|_| !always) {
             Some(inertial) => self.inertial(inertial)?,
-            None => geoms.iter().fold(Mass::default(), |sum, g| sum.plus(&g.mass)),
+            None => geoms.iter().fold(ImportedMass::default(), |sum, g| sum.plus(&g.mass)),
         };
         if inertial.is_some() && always {
             let message = "<inertial>: not used, as the compiler takes inertia from geoms";
@@ -214,7 +216,7 @@ impl Bodies<'_, '_> {
 
     /// With the least mass and the least moments of inertia of the compiler, and balanced if it
     /// says so.
-    fn bounded(&self, mut mass: Mass) -> Mass {
+    fn bounded(&self, mut mass: ImportedMass) -> ImportedMass {
         let FileSettings { least_mass, least_inertia, balance, .. } = *self.settings;
         mass.mass = mass.mass.max(least_mass);
         if least_inertia > 0.0 || balance && mass.least_euler_moment() < 0.0 {
@@ -230,7 +232,7 @@ impl Bodies<'_, '_> {
     }
 
     /// `<inertial>`: `diaginertia` about the axes of its orientation, or `fullinertia`.
-    fn inertial(&self, element: &XmlElement) -> Result<Mass> {
+    fn inertial(&self, element: &XmlElement) -> Result<ImportedMass> {
         let mass = element.amount("mass")?;
         let center = Vector3::from(element.vector::<3>("pos")?.unwrap_or_default());
         let frame = Isometry3::from_parts(center.into(), orientation(element, self.settings)?);
@@ -241,7 +243,7 @@ impl Bodies<'_, '_> {
                 Matrix3::from_diagonal(&moments.into())
             }
         };
-        Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&frame))
+        Ok(ImportedMass { mass, center: Vector3::zeros(), J: tensor }.moved(&frame))
     }
 
     fn joint(&mut self, child: &XmlElement, scope: &Context) -> Result<()> {
@@ -295,7 +297,7 @@ impl Bodies<'_, '_> {
         element: &XmlElement,
         kind: Mobility,
         scope: &Context,
-    ) -> Result<Joint> {
+    ) -> Result<RobotJoint> {
         let axis = Vector3::from(element.vector::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
         let axis = Unit::try_new(scope.frame.rotation * axis, 1e-14).ok_or_else(|| {
             Refusal::at(
@@ -314,7 +316,7 @@ impl Bodies<'_, '_> {
         let armature = self.beside(element, kind)?;
         let limits = self.limits(element, kind)?.map(|own| own.map(angle));
         let friction = self.friction(element, kind)?;
-        Ok(Joint {
+        Ok(RobotJoint {
             name: element.word("name").map_or_else(|| self.unnamed(scope), str::to_owned),
             kind,
             axis,
@@ -395,12 +397,12 @@ pub(super) fn coefficients(element: &XmlElement, name: &str) -> Result<[f64; 3]>
 }
 
 /// Friction and groups of a geom.
-fn surface(element: &XmlElement) -> Result<Surface> {
+fn surface(element: &XmlElement) -> Result<TouchingSurface> {
     let friction = element.numbers("friction")?.and_then(|all| all.first().copied());
     let bits = |name: &str| -> Result<u32> {
         Ok(element.number(name)?.map_or(1, |own| own as i64 as u32))
     };
-    let surface = Surface {
+    let surface = TouchingSurface {
         friction: friction.unwrap_or(FRICTION),
         groups: [bits("contype")?, bits("conaffinity")?],
         is_paired: false,

@@ -8,12 +8,12 @@ use nalgebra::{Isometry3, Vector3};
 use super::settings::Defaults;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Gear, Link, LoopJoint, LoopJointKind, NamedFrame, in_space};
+use crate::robot::{Gear, LoopJoint, LoopJointKind, NamedFrame, RobotLink, in_space};
 use crate::source::{Refusal, Result};
 
 /// What is read from `<equality>`.
 pub(crate) struct Equalities<'a> {
-    pub(crate) links: &'a [Link],
+    pub(crate) links: &'a [RobotLink],
     /// Links by name.
     pub(crate) names: BTreeMap<&'a str, usize>,
     pub(crate) joints: BTreeSet<&'a str>,
@@ -86,7 +86,7 @@ impl Equalities<'_> {
 
     /// The pose of a link in space as the description draws it.
     fn pose(&self, link: Option<usize>) -> Isometry3<f64> {
-        in_space(self.links, (link, Isometry3::identity()), |link| link.frame)
+        in_space(self.links, link, Isometry3::identity(), |link| link.frame)
     }
 
     /// The link that an attribute names; the ground without it.

@@ -7,13 +7,13 @@ use nalgebra::{Isometry3, Unit, Vector3};
 use super::pose::{orientation, pose, to_axis};
 use super::settings::FileSettings;
 use crate::element::XmlElement;
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
 use crate::robot::Unread;
-use crate::solid::{PlacedSolid, Solid};
+use crate::solid::{ImportedSolid, PlacedSolid};
 use crate::source::{Refusal, Result};
-use crate::surface::Surface;
+use crate::surface::TouchingSurface;
 use crate::urdf::weighed;
 
 /// A geometry in the frame of its body.
@@ -22,9 +22,9 @@ pub(crate) struct Geom {
     /// `None` where there is no picture of it.
     pub(crate) placed: Option<PlacedSolid>,
     /// Mass properties; massless where it has no mass.
-    pub(crate) mass: Mass,
+    pub(crate) mass: ImportedMass,
     /// How it touches planes of the ground; `None` where it does not.
-    pub(crate) surface: Option<Surface>,
+    pub(crate) surface: Option<TouchingSurface>,
     pub(crate) name: Option<String>,
 }
 
@@ -89,7 +89,7 @@ impl Geoms<'_> {
         let properties = match mass > 0.0 {
             true if shell => placed.solid.shell_with_mass(mass).moved(&placed.pose),
             true => placed.solid.with_mass(mass).moved(&placed.pose),
-            false => Mass::default(),
+            false => ImportedMass::default(),
         };
         Ok(Geom { placed: Some(placed), mass: properties, ..Geom::default() })
     }
@@ -194,11 +194,11 @@ fn solid(element: &XmlElement, kind: &str, settings: &FileSettings) -> Result<Op
         return Err(Refusal::at(element.place_of("size"), message, "write them in m"));
     }
     let solid = match kind {
-        "sphere" => Solid::Sphere(size[0]),
-        "capsule" => Solid::Capsule(size[0], size[1]),
-        "cylinder" => Solid::Cylinder(size[0], size[1]),
-        "box" => Solid::Box([size[0], size[1], size[2]]),
-        _ => Solid::Ellipsoid([size[0], size[1], size[2]]),
+        "sphere" => ImportedSolid::Sphere(size[0]),
+        "capsule" => ImportedSolid::Capsule(size[0], size[1]),
+        "cylinder" => ImportedSolid::Cylinder(size[0], size[1]),
+        "box" => ImportedSolid::Box([size[0], size[1], size[2]]),
+        _ => ImportedSolid::Ellipsoid([size[0], size[1], size[2]]),
     };
     Ok(Some(PlacedSolid { solid, pose: at, mesh: None }))
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::ImportError;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::source::{Refusal, Sources};
+use crate::source::{ImportSources, Refusal};
 
 /// Files that one description includes at most.
 const MOST: usize = 200;
@@ -13,7 +13,7 @@ const MOST: usize = 200;
 /// The tree with all files in it; each file may be included once.
 pub(crate) fn resolve(
     root: XmlElement,
-    sources: &mut Sources,
+    sources: &mut ImportSources,
     remarks: &mut Remarks,
 ) -> Result<XmlElement, ImportError> {
     if root.name != "mujoco" {
@@ -28,7 +28,7 @@ pub(crate) fn resolve(
 fn spliced(
     children: Vec<XmlElement>,
     folder: &Path,
-    sources: &mut Sources,
+    sources: &mut ImportSources,
     remarks: &mut Remarks,
 ) -> Result<Vec<XmlElement>, ImportError> {
     let mut out = Vec::with_capacity(children.len());

@@ -25,8 +25,8 @@ use crate::ImportOptions;
 use crate::element::XmlElement;
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
-use crate::robot::{Link, NamedFrame, Robot};
-use crate::source::{Place, Refusal, Result};
+use crate::robot::{NamedFrame, Robot, RobotLink};
+use crate::source::{FilePlace, Refusal, Result};
 use crate::surface::{Exclusion, GeomPair, NOT_ASKED, SOFT};
 
 /// Reads a robot from the root element `<mujoco>`.
@@ -58,7 +58,7 @@ pub(crate) fn robot(
     let Bodies { mut links, sites, mocaps, planes, .. } = bodies;
     let unread = geoms.unread;
     unique_names(&links)?;
-    let mut tendons = Tendons::read(root, &defaults, (&mut links, &sites), remarks)?;
+    let mut tendons = Tendons::read(root, &defaults, &mut links, &sites, remarks)?;
     let known = (links.as_mut_slice(), &mut tendons, &defaults);
     actuator::servos(root, known, options.actuators, remarks)?;
     if links.is_empty() {
@@ -156,7 +156,7 @@ fn files(root: &XmlElement, defaults: &Defaults) -> Result<BTreeMap<String, Mesh
 }
 
 /// Scales all masses to a sum, kg.
-fn scale(links: &mut [Link], total: f64) {
+fn scale(links: &mut [RobotLink], total: f64) {
     let sum: f64 = links.iter().map(|l| l.mass.mass).sum();
     if sum > 0.0 {
         links.iter_mut().for_each(|link| link.mass = link.mass.scaled(total / sum));
@@ -164,11 +164,11 @@ fn scale(links: &mut [Link], total: f64) {
 }
 
 /// Names of bodies, and of joints, are unique.
-fn unique_names(links: &[Link]) -> Result<()> {
+fn unique_names(links: &[RobotLink]) -> Result<()> {
     let bodies = links.iter().map(|l| ("body", l.name.as_str(), &l.place));
     let joints = links.iter().flat_map(|l| &l.joints);
     let joints = joints.map(|j| ("joint", j.name.as_str(), &j.place));
-    let mut known: BTreeMap<(&str, &str), &Place> = BTreeMap::new();
+    let mut known: BTreeMap<(&str, &str), &FilePlace> = BTreeMap::new();
     for (kind, name, place) in bodies.chain(joints) {
         if known.insert((kind, name), place).is_some() {
             let message = format!("there is another {kind} named `{}`", name.escape_debug());

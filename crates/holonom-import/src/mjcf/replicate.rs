@@ -13,7 +13,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::pose::orientation;
 use super::settings::FileSettings;
 use crate::element::{Attribute, MAX_ELEMENTS, XmlElement};
-use crate::source::{Place, Refusal, Result};
+use crate::source::{FilePlace, Refusal, Result};
 
 /// Attributes of equalities that name bodies, joints or sites.
 const REFERENCES: [&str; 6] = ["body1", "body2", "joint1", "joint2", "site1", "site2"];
@@ -131,7 +131,7 @@ fn names(element: &XmlElement) -> Vec<String> {
 }
 
 /// `<frame>` with these elements.
-fn frame(pose: &Isometry3<f64>, children: Vec<XmlElement>, place: &Place) -> XmlElement {
+fn frame(pose: &Isometry3<f64>, children: Vec<XmlElement>, place: &FilePlace) -> XmlElement {
     let (p, q) = (pose.translation.vector, pose.rotation.quaternion());
     let attribute = |name: &str, numbers: &[f64]| Attribute {
         name: name.to_owned(),

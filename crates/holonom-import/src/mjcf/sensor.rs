@@ -9,20 +9,20 @@ use super::equality::missing;
 use super::tendon::Tendons;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Gauge, GaugeOf, Link, NamedFrame};
+use crate::robot::{GaugeOf, NamedFrame, RobotLink, RobotSensor};
 use crate::source::{Refusal, Result};
 
 const OTHERS: &str = "sensors without a counterpart: not translated";
 
 /// What sensors name.
 pub(crate) struct Named<'a> {
-    links: BTreeMap<&'a str, (usize, &'a Link)>,
+    links: BTreeMap<&'a str, (usize, &'a RobotLink)>,
     joints: BTreeSet<&'a str>,
     sites: BTreeMap<&'a str, &'a NamedFrame>,
 }
 
 impl<'a> Named<'a> {
-    pub(crate) fn new(links: &'a [Link], sites: &'a [NamedFrame]) -> Self {
+    pub(crate) fn new(links: &'a [RobotLink], sites: &'a [NamedFrame]) -> Self {
         let joints = links.iter().flat_map(|link| &link.joints);
         Self {
             links: links.iter().enumerate().map(|(k, l)| (l.name.as_str(), (k, l))).collect(),
@@ -37,7 +37,7 @@ impl<'a> Named<'a> {
         root: &XmlElement,
         tendons: &mut Tendons,
         remarks: &mut Remarks,
-    ) -> Result<Vec<Gauge>> {
+    ) -> Result<Vec<RobotSensor>> {
         let mut gauges = Vec::new();
         for element in root.all("sensor").flat_map(|own| &own.children) {
             let Some(gauge) = self.gauge(element, tendons)? else {
@@ -49,7 +49,7 @@ impl<'a> Named<'a> {
         Ok(gauges)
     }
 
-    fn gauge(&self, element: &XmlElement, tendons: &mut Tendons) -> Result<Option<Gauge>> {
+    fn gauge(&self, element: &XmlElement, tendons: &mut Tendons) -> Result<Option<RobotSensor>> {
         let kind = match element.name.as_str() {
             "jointpos" => SensorKind::JointCoordinate,
             "jointvel" => SensorKind::JointRate,
@@ -85,7 +85,7 @@ impl<'a> Named<'a> {
         let own = element.word("name").map(str::to_owned);
         let name = own.unwrap_or_else(|| format!("{}_{}", element.name, of.name()));
         let place = element.place.clone();
-        Ok(Some(Gauge { name, kind, of, label: element.label(), place }))
+        Ok(Some(RobotSensor { name, kind, of, label: element.label(), place }))
     }
 
     /// The frame of a `frame…` sensor, seen from space; `None` without a counterpart.

@@ -10,7 +10,9 @@ use super::equality::missing;
 use super::settings::Defaults;
 use crate::element::XmlElement;
 use crate::remark::Remarks;
-use crate::robot::{Elastic, Joint, Link, NamedFrame, Path, Servo, Tendon, in_space};
+use crate::robot::{
+    LengthPath, NamedFrame, RobotJoint, RobotLink, Servo, ServoElasticity, Tendon, in_space,
+};
 use crate::source::{Refusal, Result};
 
 const WRAPPED: &str = "tendons around geometry: not translated";
@@ -32,7 +34,8 @@ impl Tendons {
     pub(super) fn read(
         root: &XmlElement,
         defaults: &Defaults,
-        (links, sites): (&mut [Link], &[NamedFrame]),
+        links: &mut [RobotLink],
+        sites: &[NamedFrame],
         remarks: &mut Remarks,
     ) -> Result<Self> {
         let mut own = Self::default();
@@ -41,9 +44,9 @@ impl Tendons {
             let path = match child.name.as_str() {
                 "fixed" => joints(child, links)?,
                 "spatial" => points(child, sites)?,
-                _ => Path::Other,
+                _ => LengthPath::Other,
             };
-            if matches!(path, Path::Other) {
+            if matches!(path, LengthPath::Other) {
                 remarks.add(WRAPPED, child);
             }
             let beside = ["range", "frictionloss", "armature"];
@@ -64,7 +67,7 @@ impl Tendons {
             own.all.push(Tendon {
                 name: child.word("name").unwrap_or("tendon").to_owned(),
                 path,
-                elastic: Elastic {
+                elastic: ServoElasticity {
                     stiffness: coefficients(&element, "stiffness")?,
                     damping: coefficients(&element, "damping")?,
                     rest,
@@ -85,7 +88,7 @@ impl Tendons {
 }
 
 /// The path of a fixed tendon.
-fn joints(tendon: &XmlElement, links: &mut [Link]) -> Result<Path> {
+fn joints(tendon: &XmlElement, links: &mut [RobotLink]) -> Result<LengthPath> {
     let mut terms = Vec::new();
     for child in tendon.all("joint") {
         let name = child.required("joint")?;
@@ -101,11 +104,11 @@ fn joints(tendon: &XmlElement, links: &mut [Link]) -> Result<Path> {
         let factor = child.required("coef").and(child.number("coef"))?;
         terms.push((name.to_owned(), factor.unwrap_or_default()));
     }
-    Ok(Path::Joints(terms))
+    Ok(LengthPath::Joints(terms))
 }
 
 /// The path of a spatial tendon.
-fn points(tendon: &XmlElement, sites: &[NamedFrame]) -> Result<Path> {
+fn points(tendon: &XmlElement, sites: &[NamedFrame]) -> Result<LengthPath> {
     let (mut parts, mut last, mut divisor) = (Vec::new(), None, 1.0);
     for child in &tendon.children {
         match child.name.as_str() {
@@ -126,31 +129,31 @@ fn points(tendon: &XmlElement, sites: &[NamedFrame]) -> Result<Path> {
                 }
                 last = None;
             }
-            _ => return Ok(Path::Other),
+            _ => return Ok(LengthPath::Other),
         }
     }
-    Ok(Path::Points(parts))
+    Ok(LengthPath::Points(parts))
 }
 
 /// The length where no spring of a joint has a force.
-fn length(path: &Path, links: &[Link]) -> f64 {
+fn length(path: &LengthPath, links: &[RobotLink]) -> f64 {
     let rest = |name: &str| {
         let mut joints = links.iter().flat_map(|link| &link.joints);
         joints.find(|joint| joint.name == name).map_or(0.0, |joint| joint.rest)
     };
     let place = |site: &NamedFrame| {
-        let moved = |pose, joint: &Joint| joint.moved_by(&pose, joint.rest - joint.reference);
-        let placed = |link: &Link| link.joints.iter().fold(link.frame, moved);
-        in_space(links, (site.link, site.pose), placed).translation.vector
+        let moved = |pose, joint: &RobotJoint| joint.moved_by(&pose, joint.rest - joint.reference);
+        let placed = |link: &RobotLink| link.joints.iter().fold(link.frame, moved);
+        in_space(links, site.link, site.pose, placed).translation.vector
     };
     match path {
-        Path::Joints(terms) => terms.iter().map(|(name, factor)| factor * rest(name)).sum(),
-        Path::Points(parts) => {
+        LengthPath::Joints(terms) => terms.iter().map(|(name, factor)| factor * rest(name)).sum(),
+        LengthPath::Points(parts) => {
             let part = |([from, to], factor): &([NamedFrame; 2], f64)| {
                 factor * (place(to) - place(from)).norm()
             };
             parts.iter().map(part).sum()
         }
-        Path::Other => 0.0,
+        LengthPath::Other => 0.0,
     }
 }

@@ -12,7 +12,7 @@ use super::UrdfReader;
 use super::geometry::pose;
 use super::joint::direction;
 use crate::element::XmlElement;
-use crate::robot::{Link, LoopJoint, LoopJointKind};
+use crate::robot::{LoopJoint, LoopJointKind, RobotLink};
 use crate::source::Result;
 
 /// What closes a loop in some dialect.
@@ -34,7 +34,7 @@ const ENDS: [&str; 10] = [
 
 impl UrdfReader<'_> {
     /// All loops; a remark on each that is not understood.
-    pub(super) fn closures(&mut self, links: &[Link]) -> Result<Vec<LoopJoint>> {
+    pub(super) fn closures(&mut self, links: &[RobotLink]) -> Result<Vec<LoopJoint>> {
         let names: BTreeMap<&str, usize> =
             links.iter().enumerate().map(|(k, link)| (link.name.as_str(), k)).collect();
         let mut closures = Vec::new();

@@ -4,17 +4,17 @@ use nalgebra::{Isometry3, Matrix3, Quaternion, Translation3, UnitQuaternion, Vec
 
 use super::UrdfReader;
 use crate::element::XmlElement;
-use crate::mass::Mass;
+use crate::mass::ImportedMass;
 use crate::mesh::MeshSummary;
 use crate::remark::Remarks;
 use crate::robot::Unread;
-use crate::solid::{PlacedSolid, Solid};
+use crate::solid::{ImportedSolid, PlacedSolid};
 use crate::source::{Refusal, Result};
 
 impl UrdfReader<'_> {
     /// `<inertial>`: mass, centre of mass, inertia in the frame of the link.
-    pub(super) fn inertial(&mut self, link: &XmlElement) -> Result<Mass> {
-        let Some(inertial) = link.child("inertial") else { return Ok(Mass::default()) };
+    pub(super) fn inertial(&mut self, link: &XmlElement) -> Result<ImportedMass> {
+        let Some(inertial) = link.child("inertial") else { return Ok(ImportedMass::default()) };
         let mass = inertial.child("mass").map_or(Ok(0.0), |m| m.amount("value"))?;
         let mut tensor = Matrix3::zeros();
         if let Some(inertia) = inertial.child("inertia") {
@@ -35,16 +35,19 @@ impl UrdfReader<'_> {
             if tensor.amax() != 0.0 {
                 self.remarks.add("inertia of a link without mass: not used", link);
             }
-            return Ok(Mass::default());
+            return Ok(ImportedMass::default());
         }
-        Ok(Mass { mass, center: Vector3::zeros(), J: tensor }.moved(&origin(inertial)?))
+        Ok(ImportedMass { mass, center: Vector3::zeros(), J: tensor }.moved(&origin(inertial)?))
     }
 
     /// The pictures of a link, and with a density the mass of its visual geometry; of the geometry
     /// for contact where that has none.
-    pub(super) fn geometries(&mut self, link: &XmlElement) -> Result<(Vec<PlacedSolid>, Mass)> {
+    pub(super) fn geometries(
+        &mut self,
+        link: &XmlElement,
+    ) -> Result<(Vec<PlacedSolid>, ImportedMass)> {
         let density = self.density.filter(|_| link.child("inertial").is_none());
-        let (mut solids, mut mass) = (Vec::new(), Mass::default());
+        let (mut solids, mut mass) = (Vec::new(), ImportedMass::default());
         for visual in link.all("visual") {
             let Some((placed, part)) = self.geometry(visual, density.is_some())? else { continue };
             solids.push(placed);
@@ -74,7 +77,7 @@ impl UrdfReader<'_> {
         &mut self,
         element: &XmlElement,
         weighs: bool,
-    ) -> Result<Option<(PlacedSolid, Mass)>> {
+    ) -> Result<Option<(PlacedSolid, ImportedMass)>> {
         match self.solid(element, weighs) {
             Err(fault) if !weighs => {
                 let message = format!("no picture of a geometry, as {}", fault.message());
@@ -85,7 +88,11 @@ impl UrdfReader<'_> {
         }
     }
 
-    fn solid(&mut self, element: &XmlElement, weighs: bool) -> Result<Option<(PlacedSolid, Mass)>> {
+    fn solid(
+        &mut self,
+        element: &XmlElement,
+        weighs: bool,
+    ) -> Result<Option<(PlacedSolid, ImportedMass)>> {
         let pose = origin(element)?;
         let Some(shape) = element.child("geometry").and_then(|g| g.children.first()) else {
             return Ok(None);
@@ -98,11 +105,11 @@ impl UrdfReader<'_> {
         let solid = match shape.name.as_str() {
             "box" => {
                 let size = shape.vector::<3>("size")?.ok_or_else(|| missing("size"))?;
-                Solid::Box(size.map(|edge| 0.5 * edge))
+                ImportedSolid::Box(size.map(|edge| 0.5 * edge))
             }
-            "cylinder" => Solid::Cylinder(length("radius")?, 0.5 * length("length")?),
-            "sphere" => Solid::Sphere(length("radius")?),
-            "capsule" => Solid::Capsule(length("radius")?, 0.5 * length("length")?),
+            "cylinder" => ImportedSolid::Cylinder(length("radius")?, 0.5 * length("length")?),
+            "sphere" => ImportedSolid::Sphere(length("radius")?),
+            "capsule" => ImportedSolid::Capsule(length("radius")?, 0.5 * length("length")?),
             "mesh" => return self.mesh(shape, &pose, weighs),
             _ => {
                 self.remarks.add("unknown geometry: not translated", shape);
@@ -118,7 +125,7 @@ impl UrdfReader<'_> {
         shape: &XmlElement,
         pose: &Isometry3<f64>,
         weighs: bool,
-    ) -> Result<Option<(PlacedSolid, Mass)>> {
+    ) -> Result<Option<(PlacedSolid, ImportedMass)>> {
         let scale = match shape.numbers("scale")?.as_deref() {
             None | Some([]) => [1.0; 3],
             Some([factor]) => [*factor; 3],
@@ -139,7 +146,8 @@ impl UrdfReader<'_> {
                 return Ok(None);
             }
         };
-        let mass = if weighs { weighed(&summary, shape, self.remarks) } else { Mass::default() };
+        let mass =
+            if weighs { weighed(&summary, shape, self.remarks) } else { ImportedMass::default() };
         Ok(Some((summary.placed(pose), mass.moved(pose))))
     }
 }
@@ -173,7 +181,11 @@ pub(super) fn pose(element: &XmlElement) -> Result<Isometry3<f64>> {
 }
 
 /// Mass properties of a mesh at 1 kg/m³; of one that is not closed those of its tetrahedra.
-pub(crate) fn weighed(summary: &MeshSummary, element: &XmlElement, remarks: &mut Remarks) -> Mass {
+pub(crate) fn weighed(
+    summary: &MeshSummary,
+    element: &XmlElement,
+    remarks: &mut Remarks,
+) -> ImportedMass {
     match summary.mass() {
         Ok(mass) => mass,
         Err(reason) => {

@@ -8,7 +8,7 @@ use nalgebra::{Unit, Vector3};
 use super::UrdfReader;
 use crate::element::XmlElement;
 use crate::remark::FAR;
-use crate::robot::{Gear, Joint, Link, Mobility, Servo};
+use crate::robot::{Gear, Mobility, RobotJoint, RobotLink, Servo};
 use crate::source::{Refusal, Result};
 
 /// Types of joints.
@@ -17,7 +17,7 @@ const TYPES: [&str; 7] =
 
 impl UrdfReader<'_> {
     /// Gives a link the joint before it.
-    pub(super) fn connect(&mut self, link: &mut Link, joint: &XmlElement) -> Result<()> {
+    pub(super) fn connect(&mut self, link: &mut RobotLink, joint: &XmlElement) -> Result<()> {
         let kind = match joint.required("type")? {
             "fixed" => None,
             "floating" => {
@@ -46,7 +46,7 @@ impl UrdfReader<'_> {
         Ok(())
     }
 
-    fn joint(&mut self, element: &XmlElement, kind: Mobility) -> Result<Joint> {
+    fn joint(&mut self, element: &XmlElement, kind: Mobility) -> Result<RobotJoint> {
         let name = element.required("name")?.to_owned();
         let axis = match element.child("axis").filter(|_| kind != Mobility::Ball) {
             Some(axis) => direction(axis)?,
@@ -79,7 +79,7 @@ impl UrdfReader<'_> {
         if let Some(mimic) = element.child("mimic") {
             self.mimic(element, &name, kind, mimic)?;
         }
-        Ok(Joint {
+        Ok(RobotJoint {
             name,
             kind,
             axis,

@@ -17,9 +17,9 @@ use holonom_model::nearest;
 use crate::element::{Attribute, XmlElement};
 use crate::mesh::MeshCache;
 use crate::remark::Remarks;
-use crate::robot::{Gear, Link, NamedFrame, Robot, Unread};
+use crate::robot::{Gear, NamedFrame, Robot, RobotLink, Unread};
 use crate::source::{Refusal, Result};
-use crate::surface::{NOT_ASKED, Surface, Touching};
+use crate::surface::{NOT_ASKED, TouchingSolid, TouchingSurface};
 use crate::{Base, ImportOptions};
 pub(crate) use geometry::weighed;
 
@@ -111,7 +111,7 @@ struct UrdfReader<'a> {
 
 impl<'a> UrdfReader<'a> {
     /// The links, parents first.
-    fn links(&mut self, base: Base) -> Result<Vec<Link>> {
+    fn links(&mut self, base: Base) -> Result<Vec<RobotLink>> {
         let root = self.root;
         let mut elements: BTreeMap<&str, &XmlElement> = BTreeMap::new();
         for link in root.all("link") {
@@ -189,17 +189,21 @@ impl<'a> UrdfReader<'a> {
         }
     }
 
-    fn base(&mut self, element: &XmlElement, base: Base) -> Result<Link> {
+    fn base(&mut self, element: &XmlElement, base: Base) -> Result<RobotLink> {
         let mut link = self.link(element, None)?;
         link.free = base == Base::Free;
         Ok(link)
     }
 
     /// A link with the joint before it.
-    fn link(&mut self, element: &XmlElement, above: Option<(usize, &XmlElement)>) -> Result<Link> {
+    fn link(
+        &mut self,
+        element: &XmlElement,
+        above: Option<(usize, &XmlElement)>,
+    ) -> Result<RobotLink> {
         known::leftovers(element, element, self.remarks);
         let (solids, of_solids) = self.geometries(element)?;
-        let mut link = Link {
+        let mut link = RobotLink {
             name: element.required("name")?.to_owned(),
             parent: above.map(|(parent, _)| parent),
             frame: Isometry3::identity(),
@@ -214,8 +218,8 @@ impl<'a> UrdfReader<'a> {
             if !self.contacts {
                 self.remarks.add(NOT_ASKED, &named(collision, element));
             } else if let Some((placed, _)) = self.geometry(collision, false)? {
-                let (name, surface) = (None, Surface::default());
-                link.touching.push(Touching { name, placed, surface });
+                let (name, surface) = (None, TouchingSurface::default());
+                link.touching.push(TouchingSolid { name, placed, surface });
             }
         }
         let Some((_, joint)) = above else { return Ok(link) };

@@ -5,7 +5,7 @@ use crate::text::problem::{nearest, some};
 use crate::types::beam::{Beam, BeamElement};
 use crate::types::settings::Strain;
 use vi_beam::ElementKind;
-use vi_constraints::Method;
+use vi_constraints::OrderMethod;
 
 impl Checker<'_> {
     pub(crate) fn beam(&mut self, key: &str, beam: &Beam) {
@@ -73,7 +73,7 @@ impl Checker<'_> {
             self.report(format!("{key}.prestress"), message, "keep one of them");
         }
         let rope = beam.element_kind(settings) == ElementKind::Rope;
-        if rope && matches!(settings.method(), Method::Galerkin(_)) {
+        if rope && matches!(settings.method(), OrderMethod::Galerkin(_)) {
             let message = "the Galerkin schemes have no elements that carry tension only";
             let help = "write element = \"helicoidal\" where the rope stays taut, or method = \
                         \"composition\"";

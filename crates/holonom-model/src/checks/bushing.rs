@@ -1,7 +1,7 @@
 //! Checks of bushings.
 
 use crate::checks::Checker;
-use crate::expression::Program;
+use crate::expression::ExpressionProgram;
 use crate::formula::SIX;
 use crate::types::bushing::{Bushing, BushingRotation, Coefficients};
 use crate::{Formula, GROUND, Quantities};
@@ -72,7 +72,7 @@ impl Checker<'_> {
         let Some(program) = program else { return };
         if bushing.rotation == BushingRotation::Tilt
             && !tilts
-            && Program::constant(&program) != Some(0.0)
+            && ExpressionProgram::constant(&program) != Some(0.0)
         {
             self.turns_freely(key.to_owned());
         }

@@ -1,7 +1,7 @@
 //! Checks of laws and tables.
 
 use crate::checks::Checker;
-use crate::expression::{Program, is_reserved, is_word};
+use crate::expression::{ExpressionProgram, is_reserved, is_word};
 use crate::formula::{ALONG, MOTION};
 use crate::frames::start::{coincide, distance};
 use crate::quantity::{Quantities, Quantity};
@@ -158,7 +158,8 @@ impl Checker<'_> {
             for (k, formula) in vector.iter().flatten().enumerate() {
                 let key = format!("{key}.{name}[{k}]");
                 let program = self.formula(&key, formula, own, known, &mut reads);
-                let rates = |program: Program| (4..own.len()).any(|input| program.reads(input));
+                let rates =
+                    |program: ExpressionProgram| (4..own.len()).any(|input| program.reads(input));
                 reads_rates |= program.is_none_or(rates) || reads.iter().any(Quantity::is_rate);
             }
         }
@@ -261,7 +262,7 @@ impl Checker<'_> {
         own: &[&str],
         known: &Quantities<'_>,
         reads: &mut Vec<Quantity>,
-    ) -> Option<Program> {
+    ) -> Option<ExpressionProgram> {
         let first = reads.len();
         let program = self.formula_of_node(key, formula, own, known, reads)?;
         let Some(late) = reads[first..].iter().find(|read| read.is_of_step()) else {
@@ -288,7 +289,7 @@ impl Checker<'_> {
         own: &[&str],
         known: &Quantities<'_>,
         reads: &mut Vec<Quantity>,
-    ) -> Option<Program> {
+    ) -> Option<ExpressionProgram> {
         if let Some(rest) = formula.0.trim_start().strip_prefix('=') {
             let message = "a law has no `=`: it is evaluated along the run, not once".to_owned();
             self.report(key, message, format!("write \"{}\"", rest.trim()));

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::checks::Checker;
-use crate::expression::Program;
+use crate::expression::ExpressionProgram;
 use crate::formula::TIME;
 use crate::quantity::{Quantities, Quantity};
 use crate::types::drive::VelocityTerm;
@@ -83,7 +83,7 @@ impl Checker<'_> {
         key: &str,
         formula: &Formula,
         known: &Quantities<'_>,
-    ) -> Option<Program> {
+    ) -> Option<ExpressionProgram> {
         let mut reads = Vec::new();
         let program = self.formula(key, formula, &TIME, known, &mut reads)?;
         let is_point = |quantity: &Quantity| match quantity {
@@ -120,7 +120,7 @@ impl Checker<'_> {
 }
 
 /// Whether a revolution of an input changes nothing, at a few places.
-fn is_periodic(program: &Program, input: usize, count: usize) -> bool {
+fn is_periodic(program: &ExpressionProgram, input: usize, count: usize) -> bool {
     let place = |k: usize, j: usize| (1.0 + (7 * k + j) as f64).sqrt().fract() - 0.5;
     let value = |y: &[f64]| program.value(y).unwrap_or(f64::NAN);
     (0..5).all(|k| {

@@ -1,7 +1,7 @@
 //! Checks of functions of time: histories and paths.
 
 use crate::checks::Checker;
-use crate::expression::{Program, Undefined};
+use crate::expression::{ExpressionProgram, UndefinedPart};
 use crate::formula::TIME;
 use crate::quantity::{Quantities, Quantity};
 use crate::{Formula, History, MotionPath};
@@ -34,7 +34,7 @@ impl Checker<'_> {
         formula: &Formula,
         known: &Quantities<'_>,
         instead: &str,
-        undefined: impl Fn(&Program) -> Option<Undefined>,
+        undefined: impl Fn(&ExpressionProgram) -> Option<UndefinedPart>,
     ) {
         let mut reads = Vec::new();
         let Some(program) = self.formula(key, formula, &TIME, known, &mut reads) else { return };

@@ -6,7 +6,7 @@
 //!                                                       ├── taylor     value, rate, acceleration in t
 //!                                                       └── slope      by a parameter, as an expression
 //! ```
-//! [`Program::gradient`] costs about two evaluations whatever the number of inputs. Every
+//! [`ExpressionProgram::gradient`] costs about two evaluations whatever the number of inputs. Every
 //! intermediate value is a finite number: the first that is not ends the evaluation and is named by
 //! its text, so that none disappears in a later operation (`min(1, 0/0)`).
 //!
@@ -31,8 +31,8 @@ mod table;
 mod tests;
 
 pub(crate) use parse::evaluate;
-pub use parse::{ExpressionError, Known};
-pub use program::{Program, Undefined};
+pub use parse::{ExpressionError, KnownName};
+pub use program::{ExpressionProgram, UndefinedPart};
 pub use slope::{Moving, NoSlope, slope};
 pub use surface::Surface;
 pub use table::Curve;

@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::function::{BINARY, Binary, TERNARY, UNARY, Unary};
-use super::program::{MOST, Operation, Program, words};
+use super::program::{ExpressionProgram, MOST, Operation, words};
 use super::surface::Surface;
 use super::table::Curve;
 use super::{CONSTANTS, belongs, functions, is_time, vocabulary};
@@ -29,7 +29,7 @@ const LARGEST_PRODUCT: f64 = 8.0;
 
 /// What a name in an expression stands for.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Known {
+pub enum KnownName {
     /// A number.
     Constant(f64),
     /// The input of this index.
@@ -51,7 +51,7 @@ pub struct ExpressionError {
     pub help: String,
 }
 
-impl Program {
+impl ExpressionProgram {
     /// Compiles an expression; `known` says what its names stand for.
     ///
     /// # Errors
@@ -59,14 +59,14 @@ impl Program {
     /// no finite number.
     pub fn parse(
         text: &str,
-        known: &mut dyn FnMut(&str) -> Option<Known>,
+        known: &mut dyn FnMut(&str) -> Option<KnownName>,
     ) -> Result<Self, ExpressionError> {
         Self::compile(text, known, |parser| parser.sum())
     }
 
     fn compile(
         text: &str,
-        known: &mut dyn FnMut(&str) -> Option<Known>,
+        known: &mut dyn FnMut(&str) -> Option<KnownName>,
         whole: fn(&mut Parser<'_>) -> Result<usize, ExpressionError>,
     ) -> Result<Self, ExpressionError> {
         let mut parser = Parser {
@@ -90,7 +90,7 @@ impl Program {
 }
 
 /// The operations on which `result` depends, which becomes the last.
-fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) -> Program {
+fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) -> ExpressionProgram {
     let mut used = vec![false; operations.len()];
     used[result] = true;
     for k in (0..=result).rev() {
@@ -121,7 +121,7 @@ fn reachable(operations: &[Operation], spans: &[Range<usize>], result: usize) ->
     }
     let (operations, spans) = (Arc::from(kept), Arc::from(places));
     let (curves, surfaces) = (Arc::from([]), Arc::from([]));
-    Program { text: "".into(), operations, spans, curves, surfaces }
+    ExpressionProgram { text: "".into(), operations, spans, curves, surfaces }
 }
 
 /// The value of an expression of parameters alone.
@@ -129,7 +129,7 @@ pub(crate) fn evaluate(
     text: &str,
     value: &mut dyn FnMut(&str) -> Option<f64>,
 ) -> Result<f64, ExpressionError> {
-    let program = Program::parse(text, &mut |name| value(name).map(Known::Constant))?;
+    let program = ExpressionProgram::parse(text, &mut |name| value(name).map(KnownName::Constant))?;
     Ok(program.constant().unwrap_or(f64::NAN)) // all its names are numbers
 }
 
@@ -137,7 +137,7 @@ struct Parser<'a> {
     text: &'a str,
     at: usize, // byte
     depth: usize,
-    known: &'a mut dyn FnMut(&str) -> Option<Known>,
+    known: &'a mut dyn FnMut(&str) -> Option<KnownName>,
     operations: Vec<Operation>,
     spans: Vec<Range<usize>>,
     curves: Vec<Curve>,
@@ -357,11 +357,11 @@ impl Parser<'_> {
             return self.push(start, Operation::Constant(*constant));
         }
         match (self.known)(name) {
-            Some(Known::Constant(value)) => self.push(start, Operation::Constant(value)),
-            Some(Known::Input(input)) => self.push(start, Operation::Input(input)),
-            Some(known @ (Known::Curve(_) | Known::Surface(_))) => {
+            Some(KnownName::Constant(value)) => self.push(start, Operation::Constant(value)),
+            Some(KnownName::Input(input)) => self.push(start, Operation::Input(input)),
+            Some(known @ (KnownName::Curve(_) | KnownName::Surface(_))) => {
                 let (call, of) = match known {
-                    Known::Surface(_) => ("x, y", "arguments"),
+                    KnownName::Surface(_) => ("x, y", "arguments"),
                     _ => ("x", "argument"),
                 };
                 let help = format!("write {name}({call}), with its {of}");
@@ -392,18 +392,18 @@ impl Parser<'_> {
                 }
             },
             (None, None, _) if !TERNARY.contains(&name) => match ((self.known)(name), x) {
-                (Some(Known::Curve(curve)), [x]) => {
+                (Some(KnownName::Curve(curve)), [x]) => {
                     self.curves.push(curve);
                     self.push(start, Operation::Curve(self.curves.len() - 1, *x))
                 }
-                (Some(Known::Surface(surface)), [x, y]) => {
+                (Some(KnownName::Surface(surface)), [x, y]) => {
                     self.surfaces.push(surface);
                     self.push(start, Operation::Surface(self.surfaces.len() - 1, [*x, *y]))
                 }
-                (Some(Known::Surface(_)), _) => {
+                (Some(KnownName::Surface(_)), _) => {
                     self.wrong(format!("the table `{name}` is a function of two numbers"))
                 }
-                (Some(Known::Curve(_)), _) => {
+                (Some(KnownName::Curve(_)), _) => {
                     self.wrong(format!("the table `{name}` is a function of one number"))
                 }
                 _ => Err(no_function(name)),

@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::function::{Binary, Unary};
-use super::surface::{Bent, Surface};
+use super::surface::{Surface, SurfaceDerivatives};
 use super::table::Curve;
 
 /// Operations of an expression at most.
@@ -29,7 +29,7 @@ pub(super) enum Operation {
 
 /// An expression that is ready to be evaluated. Clones share it.
 #[derive(Clone)]
-pub struct Program {
+pub struct ExpressionProgram {
     pub(super) text: Arc<str>,
     pub(super) operations: Arc<[Operation]>,
     pub(super) spans: Arc<[Range<usize>]>,
@@ -37,13 +37,13 @@ pub struct Program {
     pub(super) surfaces: Arc<[Surface]>,
 }
 
-impl fmt::Debug for Program {
+impl fmt::Debug for ExpressionProgram {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_tuple("Program").field(&self.text).finish()
     }
 }
 
-impl PartialEq for Program {
+impl PartialEq for ExpressionProgram {
     fn eq(&self, other: &Self) -> bool {
         self.text == other.text
             && self.operations == other.operations
@@ -54,7 +54,7 @@ impl PartialEq for Program {
 
 /// A part of an expression that is no finite number.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Undefined {
+pub struct UndefinedPart {
     /// Its text and what is wrong with it: `sqrt(x)` is not defined.
     pub message: String,
     /// The numbers it was computed from.
@@ -67,21 +67,24 @@ pub(super) fn words(part: &str, value: f64) -> String {
     format!("`{part}` {what}")
 }
 
-impl fmt::Display for Undefined {
+impl fmt::Display for UndefinedPart {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
     }
 }
 
 /// Value and derivatives by the time of `f(x, y)`, with the rates and accelerations of both.
-fn of_two((f, [fx, fy], [fxx, fxy, fyy]): Bent, [[dx, dy], [ddx, ddy]]: [[f64; 2]; 2]) -> [f64; 3] {
+fn of_two(
+    (f, [fx, fy], [fxx, fxy, fyy]): SurfaceDerivatives,
+    [[dx, dy], [ddx, ddy]]: [[f64; 2]; 2],
+) -> [f64; 3] {
     let bend = fxx * dx * dx + 2.0 * fxy * dx * dy + fyy * dy * dy;
     [f, fx * dx + fy * dy, fx * ddx + fy * ddy + bend]
 }
 
 /// An operation of two numbers at most, with its derivatives by them.
 #[derive(Clone, Copy)]
-struct Part {
+struct OperationNode {
     of: [Option<usize>; 2],
     first: [f64; 2],
     second: [f64; 3],
@@ -96,7 +99,7 @@ thread_local! {
     static WORKSPACE: RefCell<(Vec<f64>, Vec<f64>)> = const { RefCell::new((Vec::new(), Vec::new())) };
 }
 
-impl Program {
+impl ExpressionProgram {
     /// The text it was compiled from.
     #[must_use]
     pub fn text(&self) -> &str {
@@ -132,8 +135,8 @@ impl Program {
     /// Its value at `inputs`.
     ///
     /// # Errors
-    /// [`Undefined`] names the first part that is no finite number.
-    pub fn value(&self, inputs: &[f64]) -> Result<f64, Undefined> {
+    /// [`UndefinedPart`] names the first part that is no finite number.
+    pub fn value(&self, inputs: &[f64]) -> Result<f64, UndefinedPart> {
         self.with_numbers(|values, _| {
             let finite = self.forward(inputs, values);
             self.defined(finite, values)
@@ -143,8 +146,8 @@ impl Program {
     /// Its value at `inputs`; `slopes ←` the derivatives by each of them, of the same length.
     ///
     /// # Errors
-    /// [`Undefined`], also where a slope is no finite number (`sqrt` at 0).
-    pub fn gradient(&self, inputs: &[f64], slopes: &mut [f64]) -> Result<f64, Undefined> {
+    /// [`UndefinedPart`], also where a slope is no finite number (`sqrt` at 0).
+    pub fn gradient(&self, inputs: &[f64], slopes: &mut [f64]) -> Result<f64, UndefinedPart> {
         self.with_numbers(|values, adjoints| {
             slopes.fill(0.0);
             let finite = self.forward(inputs, values);
@@ -167,9 +170,9 @@ impl Program {
         if count == 0 || self.forward(inputs, &mut values) != 0.0 {
             return;
         }
-        let parts: Vec<Part> = (0..count).map(|k| self.partials(k, &values)).collect();
+        let parts: Vec<OperationNode> = (0..count).map(|k| self.partials(k, &values)).collect();
         for (k, operation) in self.operations.iter().enumerate() {
-            let Part { of, first, .. } = parts[k];
+            let OperationNode { of, first, .. } = parts[k];
             rates[k] = match *operation {
                 Operation::Input(input) => along[input],
                 _ => {
@@ -189,7 +192,7 @@ impl Program {
             if adjoint == 0.0 && change == 0.0 {
                 continue;
             }
-            let Part { of, first, second: [xx, xy, yy] } = parts[k];
+            let OperationNode { of, first, second: [xx, xy, yy] } = parts[k];
             let [dx, dy] = of.map(|x| x.map_or(0.0, |x| rates[x]));
             let turned = [xx * dx + xy * dy, xy * dx + yy * dy];
             for ((x, slope), bend) in of.into_iter().zip(first).zip(turned) {
@@ -204,31 +207,39 @@ impl Program {
     }
 
     /// The operands of an operation that count, with its first and second derivatives by them.
-    fn partials(&self, k: usize, values: &[f64]) -> Part {
-        let still = Part { of: [None; 2], first: [0.0; 2], second: [0.0; 3] };
+    fn partials(&self, k: usize, values: &[f64]) -> OperationNode {
+        let still = OperationNode { of: [None; 2], first: [0.0; 2], second: [0.0; 3] };
         match self.operations[k] {
             Operation::Constant(_) | Operation::Input(_) => still,
             Operation::Unary(function, x) => {
                 let (first, second) =
                     (function.slope(values[x], values[k]), function.bend(values[x], values[k]));
-                Part { of: [Some(x), None], first: [first, 0.0], second: [second, 0.0, 0.0] }
+                OperationNode {
+                    of: [Some(x), None],
+                    first: [first, 0.0],
+                    second: [second, 0.0, 0.0],
+                }
             }
             Operation::Curve(curve, x) => {
                 let [_, first, second] = self.curve(curve, values[x]);
-                Part { of: [Some(x), None], first: [first, 0.0], second: [second, 0.0, 0.0] }
+                OperationNode {
+                    of: [Some(x), None],
+                    first: [first, 0.0],
+                    second: [second, 0.0, 0.0],
+                }
             }
             Operation::Select([c, a, b]) => {
                 let taken = if values[c] > 0.0 { a } else { b };
-                Part { of: [Some(taken), None], first: [1.0, 0.0], ..still }
+                OperationNode { of: [Some(taken), None], first: [1.0, 0.0], ..still }
             }
             Operation::Binary(function, [x, y]) => {
                 let at = [values[x], values[y]];
                 let (first, second) = function.partials(at, values[k], self.is_constant(y));
-                Part { of: [Some(x), Some(y)], first, second }
+                OperationNode { of: [Some(x), Some(y)], first, second }
             }
             Operation::Surface(surface, [x, y]) => {
                 let (_, first, second) = self.surface(surface, [values[x], values[y]]);
-                Part { of: [Some(x), Some(y)], first, second }
+                OperationNode { of: [Some(x), Some(y)], first, second }
             }
         }
     }
@@ -250,7 +261,7 @@ impl Program {
     }
 
     /// The value, where all parts are finite: `finite` is zero.
-    fn defined(&self, finite: f64, values: &[f64]) -> Result<f64, Undefined> {
+    fn defined(&self, finite: f64, values: &[f64]) -> Result<f64, UndefinedPart> {
         if finite == 0.0 {
             return Ok(values.last().copied().unwrap_or_default());
         }
@@ -318,7 +329,7 @@ impl Program {
         values: &[f64],
         adjoints: &mut [f64],
         slopes: &mut [f64],
-    ) -> Undefined {
+    ) -> UndefinedPart {
         let count = self.operations.len();
         adjoints[count - 1] = 1.0;
         for k in (0..count).rev() {
@@ -329,7 +340,7 @@ impl Program {
             if let Some(bad) = self.operands(k).find(|operand| !adjoints[*operand].is_finite()) {
                 let message = words(self.part(k), adjoints[bad]);
                 let message = format!("the slope of {message}");
-                return Undefined { message, ..self.undefined(k, values) };
+                return UndefinedPart { message, ..self.undefined(k, values) };
             }
         }
         self.undefined(count - 1, values)
@@ -338,8 +349,8 @@ impl Program {
     /// Value, first and second derivative of a function of one input, the time.
     ///
     /// # Errors
-    /// As [`Program::gradient`].
-    pub fn taylor(&self, t: f64) -> Result<[f64; 3], Undefined> {
+    /// As [`ExpressionProgram::gradient`].
+    pub fn taylor(&self, t: f64) -> Result<[f64; 3], UndefinedPart> {
         let count = self.operations.len();
         if count <= SHORT {
             return self.taylor_with(t, &mut [[0.0; 3]; SHORT]);
@@ -350,7 +361,7 @@ impl Program {
         })
     }
 
-    fn taylor_with(&self, t: f64, jets: &mut [[f64; 3]]) -> Result<[f64; 3], Undefined> {
+    fn taylor_with(&self, t: f64, jets: &mut [[f64; 3]]) -> Result<[f64; 3], UndefinedPart> {
         for (k, operation) in self.operations.iter().enumerate() {
             let jet = match *operation {
                 Operation::Constant(value) => [value, 0.0, 0.0],
@@ -390,7 +401,7 @@ impl Program {
 
     /// Why a value or a derivative by the time is no finite number.
     #[cold]
-    fn undefined_jet(&self, k: usize, jets: &[[f64; 3]]) -> Undefined {
+    fn undefined_jet(&self, k: usize, jets: &[[f64; 3]]) -> UndefinedPart {
         let values: Vec<f64> = jets.iter().map(|jet| jet[0]).collect();
         let undefined = self.undefined(k, &values);
         let Some(bad) = jets[k].iter().position(|x| !x.is_finite()).filter(|bad| *bad > 0) else {
@@ -398,7 +409,7 @@ impl Program {
         };
         let message = words(self.part(k), jets[k][bad]);
         let which = ["", "first", "second"][bad];
-        Undefined { message: format!("the {which} derivative of {message}"), ..undefined }
+        UndefinedPart { message: format!("the {which} derivative of {message}"), ..undefined }
     }
 
     /// The values of all operations; zero where all are finite, else not a number.
@@ -440,7 +451,7 @@ impl Program {
         self.curves[curve].at(x).unwrap_or([f64::NAN; 3])
     }
 
-    fn surface(&self, surface: usize, at: [f64; 2]) -> Bent {
+    fn surface(&self, surface: usize, at: [f64; 2]) -> SurfaceDerivatives {
         self.surfaces[surface].at(at).unwrap_or((f64::NAN, [f64::NAN; 2], [f64::NAN; 3]))
     }
 
@@ -448,7 +459,7 @@ impl Program {
         self.text[self.spans[k].clone()].trim()
     }
 
-    fn undefined(&self, k: usize, values: &[f64]) -> Undefined {
+    fn undefined(&self, k: usize, values: &[f64]) -> UndefinedPart {
         let message = match self.operations[k] {
             Operation::Curve(curve, x) => {
                 let ([first, last], name) = (self.curves[curve].range(), self.curves[curve].name());
@@ -463,7 +474,7 @@ impl Program {
             _ => words(self.part(k), values[k]),
         };
         let arguments = self.operands(k).map(|operand| values[operand]).collect();
-        Undefined { message, arguments }
+        UndefinedPart { message, arguments }
     }
 
     /// Whether it is a polynomial of degree 0 or 1 in the inputs of which `counts` is true; the
@@ -510,7 +521,7 @@ impl Program {
         found
     }
 
-    /// The first part that jumps as of [`Program::jumps`] where inputs move; `moves`: which ones
+    /// The first part that jumps as of [`ExpressionProgram::jumps`] where inputs move; `moves`: which ones
     /// do.
     #[must_use]
     pub fn jumps_moved(&self, moves: impl Fn(usize) -> bool) -> Option<&str> {

@@ -7,8 +7,8 @@
 use std::collections::BTreeMap;
 
 use super::function::{BINARY, Binary, UNARY, Unary};
-use super::parse::{ExpressionError, Known};
-use super::program::{Operation, Program};
+use super::parse::{ExpressionError, KnownName};
+use super::program::{ExpressionProgram, Operation};
 
 /// A name that changes with the parameter: its value and its derivative, as expressions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub enum NoSlope {
 
 /// A part with its derivative; none where the parameter does not change it.
 #[derive(Clone)]
-struct Part {
+struct OperandSlope {
     value: String,
     slope: Option<String>,
 }
@@ -45,30 +45,30 @@ struct Part {
 /// [`NoSlope`].
 pub fn slope(
     text: &str,
-    tables: &mut dyn FnMut(&str) -> Option<Known>,
+    tables: &mut dyn FnMut(&str) -> Option<KnownName>,
     moving: &BTreeMap<String, Moving>,
 ) -> Result<Option<String>, NoSlope> {
     let mut names: Vec<String> = Vec::new();
-    let program = Program::parse(text, &mut |name| {
+    let program = ExpressionProgram::parse(text, &mut |name| {
         if let Some(table) = tables(name) {
             return Some(table);
         }
         let known = names.iter().position(|own| own == name);
-        Some(Known::Input(known.unwrap_or_else(|| {
+        Some(KnownName::Input(known.unwrap_or_else(|| {
             names.push(name.to_owned());
             names.len() - 1
         })))
     })
     .map_err(NoSlope::Invalid)?;
-    let mut parts: Vec<Part> = Vec::with_capacity(program.operations.len());
+    let mut parts: Vec<OperandSlope> = Vec::with_capacity(program.operations.len());
     for (k, operation) in program.operations.iter().enumerate() {
         let part = match *operation {
-            Operation::Constant(value) => Part { value: number(value), slope: None },
+            Operation::Constant(value) => OperandSlope { value: number(value), slope: None },
             Operation::Input(input) => match moving.get(&names[input]) {
                 Some(Moving { value, slope }) => {
-                    Part { value: value.clone(), slope: Some(format!("({slope})")) }
+                    OperandSlope { value: value.clone(), slope: Some(format!("({slope})")) }
                 }
-                None => Part { value: names[input].clone(), slope: None },
+                None => OperandSlope { value: names[input].clone(), slope: None },
             },
             Operation::Unary(function, x) => unary(function, &parts[x], program.part(k))?,
             Operation::Binary(function, [x, y]) => binary(function, &parts[x], &parts[y]),
@@ -93,7 +93,7 @@ fn number(value: f64) -> String {
 }
 
 /// `factor * slope` of a part.
-fn chain(of: &Part, factor: &str) -> Option<String> {
+fn chain(of: &OperandSlope, factor: &str) -> Option<String> {
     of.slope.as_ref().map(|slope| format!("({factor}*{slope})"))
 }
 
@@ -105,7 +105,7 @@ fn sum(a: Option<String>, b: Option<String>) -> Option<String> {
     }
 }
 
-fn unary(function: Unary, x: &Part, text: &str) -> Result<Part, NoSlope> {
+fn unary(function: Unary, x: &OperandSlope, text: &str) -> Result<OperandSlope, NoSlope> {
     let u = &x.value;
     let named = UNARY.iter().find(|(_, own)| *own == function).map(|(name, _)| *name);
     let value = match function {
@@ -141,10 +141,10 @@ fn unary(function: Unary, x: &Part, text: &str) -> Result<Part, NoSlope> {
         }
         Unary::Floor | Unary::Sign => String::new(),
     };
-    Ok(Part { slope: chain(x, &factor), value })
+    Ok(OperandSlope { slope: chain(x, &factor), value })
 }
 
-fn binary(function: Binary, x: &Part, y: &Part) -> Part {
+fn binary(function: Binary, x: &OperandSlope, y: &OperandSlope) -> OperandSlope {
     let (u, v) = (&x.value, &y.value);
     let named = BINARY.iter().find(|(_, own)| *own == function).map(|(name, _)| *name);
     let value = match function {
@@ -170,11 +170,11 @@ fn binary(function: Binary, x: &Part, y: &Part) -> Part {
         Binary::Min => [format!("select({u} - {v}, 0, 1)"), format!("select({u} - {v}, 1, 0)")],
         Binary::Max => [format!("select({v} - {u}, 0, 1)"), format!("select({v} - {u}, 1, 0)")],
     };
-    Part { slope: sum(chain(x, &by_x), chain(y, &by_y)), value }
+    OperandSlope { slope: sum(chain(x, &by_x), chain(y, &by_y)), value }
 }
 
 /// `a` where `c > 0`, else `b`.
-fn select([c, a, b]: [&Part; 3]) -> Result<Part, NoSlope> {
+fn select([c, a, b]: [&OperandSlope; 3]) -> Result<OperandSlope, NoSlope> {
     if c.slope.is_some() {
         return Err(NoSlope::Part(format!("select({}, …)", c.value)));
     }
@@ -184,16 +184,16 @@ fn select([c, a, b]: [&Part; 3]) -> Result<Part, NoSlope> {
         let [da, db] = [da, db].map(|own| own.unwrap_or_else(|| "0".to_owned()));
         format!("select({}, {da}, {db})", c.value)
     });
-    Ok(Part { value, slope })
+    Ok(OperandSlope { value, slope })
 }
 
 /// A table.
-fn called(name: &str, of: &[&Part], text: &str) -> Result<Part, NoSlope> {
+fn called(name: &str, of: &[&OperandSlope], text: &str) -> Result<OperandSlope, NoSlope> {
     if of.iter().any(|own| own.slope.is_some()) {
         return Err(NoSlope::Part(text.to_owned()));
     }
     let list: Vec<&str> = of.iter().map(|own| own.value.as_str()).collect();
-    Ok(Part { value: format!("{name}({})", list.join(", ")), slope: None })
+    Ok(OperandSlope { value: format!("{name}({})", list.join(", ")), slope: None })
 }
 
 #[cfg(test)]

@@ -15,10 +15,10 @@ use crate::types::table::{Interpolation, Outside, Table};
 
 /// A table of two numbers that is ready to be evaluated. Clones share it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Surface(Arc<Parts>);
+pub struct Surface(Arc<SurfaceParts>);
 
 #[derive(Debug, PartialEq)]
-struct Parts {
+struct SurfaceParts {
     name: String,
     axes: [Vec<f64>; 2],
     corners: Vec<[f64; 4]>, // f, f_x, f_y, f_xy; rows of x
@@ -27,10 +27,10 @@ struct Parts {
 }
 
 /// Value, first derivatives `[f_x, f_y]`, second ones `[f_xx, f_xy, f_yy]`.
-pub(super) type Bent = (f64, [f64; 2], [f64; 3]);
+pub(super) type SurfaceDerivatives = (f64, [f64; 2], [f64; 3]);
 
 /// A place in an interval of an axis.
-struct Interval {
+struct AxisInterval {
     first: usize,
     ends: [f64; 2],
     at: f64,
@@ -39,7 +39,7 @@ struct Interval {
     outside: Outside,
 }
 
-impl Interval {
+impl AxisInterval {
     /// Value, slope and second derivative by value and slope at both ends.
     fn between(&self, [start, end]: [[f64; 2]; 2]) -> [f64; 3] {
         if self.beyond != 0.0 && self.outside == Outside::Hold {
@@ -89,7 +89,7 @@ impl Surface {
         along_x(2, 3, 0.5, &mut corners);
         let linear = table.interpolation == Interpolation::Linear;
         let (name, axes) = (table.name.clone(), [x.clone(), y.clone()]);
-        Some(Self(Arc::new(Parts { name, axes, corners, linear, outside: table.outside })))
+        Some(Self(Arc::new(SurfaceParts { name, axes, corners, linear, outside: table.outside })))
     }
 
     /// Its name.
@@ -106,7 +106,7 @@ impl Surface {
     }
 
     /// `None` outside of a table that ends there.
-    pub(super) fn at(&self, at: [f64; 2]) -> Option<Bent> {
+    pub(super) fn at(&self, at: [f64; 2]) -> Option<SurfaceDerivatives> {
         let [x, y] = [self.interval(0, at[0])?, self.interval(1, at[1])?];
         let m = self.0.axes[1].len();
         let along_x = [0, 1].map(|j| {
@@ -118,8 +118,8 @@ impl Surface {
         Some((f, [f_x, f_y], [f_xx, f_xy, f_yy]))
     }
 
-    fn interval(&self, axis: usize, x: f64) -> Option<Interval> {
-        let Parts { axes, linear, outside, .. } = &*self.0;
+    fn interval(&self, axis: usize, x: f64) -> Option<AxisInterval> {
+        let SurfaceParts { axes, linear, outside, .. } = &*self.0;
         let (knots, [least, most]) = (&axes[axis], self.range(axis));
         let at = x.clamp(least, most);
         let beyond = x - at;
@@ -128,6 +128,6 @@ impl Surface {
         }
         let after = knots.partition_point(|knot| *knot <= at).clamp(1, knots.len() - 1);
         let (first, ends) = (after - 1, [knots[after - 1], knots[after]]);
-        Some(Interval { first, ends, at, beyond, linear: *linear, outside: *outside })
+        Some(AxisInterval { first, ends, at, beyond, linear: *linear, outside: *outside })
     }
 }

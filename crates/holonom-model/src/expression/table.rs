@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use crate::hermite::{Ends, Hermite};
+use crate::hermite::{Hermite, SplineEnds};
 use crate::types::table::{Interpolation, Outside, Table};
 
 /// A table that is ready to be evaluated. Clones share it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve(Arc<Parts>);
+pub struct Curve(Arc<TableParts>);
 
 #[derive(Debug, PartialEq)]
-struct Parts {
+struct TableParts {
     name: String,
     hermite: Hermite,
     interpolation: Interpolation,
@@ -26,7 +26,7 @@ impl Curve {
     pub fn new(table: &Table) -> Self {
         let hermite = through(table.points.iter().copied(), table.interpolation);
         let (name, interpolation) = (table.name.clone(), table.interpolation);
-        Self(Arc::new(Parts { name, hermite, interpolation, outside: table.outside }))
+        Self(Arc::new(TableParts { name, hermite, interpolation, outside: table.outside }))
     }
 
     /// Its name.
@@ -86,7 +86,7 @@ pub(super) fn through(
     interpolation: Interpolation,
 ) -> Hermite {
     match interpolation {
-        Interpolation::Spline => Hermite::spline(points, Ends::Natural),
+        Interpolation::Spline => Hermite::spline(points, SplineEnds::Natural),
         Interpolation::Pchip | Interpolation::Linear | Interpolation::Steps => {
             Hermite::monotone(points)
         }

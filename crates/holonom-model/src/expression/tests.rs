@@ -107,14 +107,14 @@ proptest! {
 }
 
 /// Names that tests of slopes use: `x` and `y` change, `k` is a number.
-fn program(text: &str) -> Program {
+fn program(text: &str) -> ExpressionProgram {
     let mut known = |name: &str| match name {
-        "x" => Some(Known::Input(0)),
-        "y" => Some(Known::Input(1)),
-        "k" => Some(Known::Constant(2.5)),
+        "x" => Some(KnownName::Input(0)),
+        "y" => Some(KnownName::Input(1)),
+        "k" => Some(KnownName::Constant(2.5)),
         _ => None,
     };
-    Program::parse(text, &mut known).unwrap_or_else(|error| panic!("{text}: {error:?}"))
+    ExpressionProgram::parse(text, &mut known).unwrap_or_else(|error| panic!("{text}: {error:?}"))
 }
 
 /// Functions with each branch of each kink.
@@ -304,7 +304,7 @@ fn equal_parts_are_computed_once() {
 #[test]
 fn long_expressions_are_refused() {
     let text = (0..5000).map(|k| format!("x*{k}.5")).collect::<Vec<_>>().join(" + ");
-    let error = Program::parse(&text, &mut |_| Some(Known::Input(0))).unwrap_err();
+    let error = ExpressionProgram::parse(&text, &mut |_| Some(KnownName::Input(0))).unwrap_err();
     assert!(error.message.contains("4096 operations"), "{}", error.message);
 }
 
@@ -344,11 +344,11 @@ fn tables_are_what_their_interpolation_says() {
     }
     let of = |text: &str| {
         let known = |name: &str| match name {
-            "f" => Some(Known::Curve(steps.clone())),
-            "t" => Some(Known::Input(0)),
-            _ => Some(Known::Input(1)),
+            "f" => Some(KnownName::Curve(steps.clone())),
+            "t" => Some(KnownName::Input(0)),
+            _ => Some(KnownName::Input(1)),
         };
-        Program::parse(text, &mut { known }).unwrap().jumps()
+        ExpressionProgram::parse(text, &mut { known }).unwrap().jumps()
     };
     assert_eq!(
         [of("f(x)*x"), of("3*f(t)"), of("f(2*t)")],
@@ -425,12 +425,12 @@ fn grids_have_their_derivatives() {
 #[test]
 fn a_grid_is_called_by_its_name() {
     let mut known = |name: &str| match name {
-        "x" => Some(Known::Input(0)),
-        "y" => Some(Known::Input(1)),
-        "f" => Some(Known::Surface(surface("spline", "error"))),
+        "x" => Some(KnownName::Input(0)),
+        "y" => Some(KnownName::Input(1)),
+        "f" => Some(KnownName::Surface(surface("spline", "error"))),
         _ => None,
     };
-    let own = Program::parse("2*f(x^2, x - y)", &mut known).unwrap();
+    let own = ExpressionProgram::parse("2*f(x^2, x - y)", &mut known).unwrap();
     let (mut slopes, e) = ([0.0; 2], 1e-6);
     let value = own.gradient(&[1.2, 0.5], &mut slopes).unwrap();
     assert!((value - 2.0 * surface("spline", "hold").at([1.44, 0.7]).unwrap().0).abs() < 1e-14);
@@ -446,7 +446,7 @@ fn a_grid_is_called_by_its_name() {
     };
     let (plus, minus) = (slope(e), slope(-e));
     (0..2).for_each(|k| assert!((bend[k] - (plus[k] - minus[k]) / (2.0 * e)).abs() < 1e-7));
-    let path = Program::parse("f(x^2, 0.3*x)", &mut known).unwrap();
+    let path = ExpressionProgram::parse("f(x^2, 0.3*x)", &mut known).unwrap();
     let [_, rate, acceleration] = path.taylor(1.2).unwrap();
     let at = |t: f64| path.taylor(t).unwrap();
     assert!((rate - (at(1.2 + e)[0] - at(1.2 - e)[0]) / (2.0 * e)).abs() < 1e-8);
@@ -458,11 +458,11 @@ fn a_grid_is_called_by_its_name() {
 #[test]
 fn a_table_is_called_by_its_name() {
     let mut known = |name: &str| match name {
-        "x" => Some(Known::Input(0)),
-        "f" => Some(Known::Curve(curve("pchip", "error"))),
+        "x" => Some(KnownName::Input(0)),
+        "f" => Some(KnownName::Curve(curve("pchip", "error"))),
         _ => None,
     };
-    let own = Program::parse("2*f(x^2) - f(1)", &mut known).unwrap();
+    let own = ExpressionProgram::parse("2*f(x^2) - f(1)", &mut known).unwrap();
     let mut slopes = [0.0];
     let value = own.gradient(&[1.2], &mut slopes).unwrap();
     let [f, slope, bend] = curve("pchip", "error").at(1.44).unwrap();
@@ -475,7 +475,7 @@ fn a_table_is_called_by_its_name() {
     for (text, why) in
         [("f", "is a table"), ("f(x, 1)", "function of one"), ("g(x)", "no function")]
     {
-        let error = Program::parse(text, &mut known).unwrap_err();
+        let error = ExpressionProgram::parse(text, &mut known).unwrap_err();
         assert!(error.message.contains(why), "{text}: {}", error.message);
     }
 }

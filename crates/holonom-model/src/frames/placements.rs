@@ -10,13 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use nalgebra::{Matrix3, Vector3};
-use vi_beam::Mesh;
+use vi_beam::BeamMesh;
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
 
 use super::start::is_ground;
 use crate::text::tangents::ParameterTangent;
-use crate::types::orientation::{Orientation, Turning, orthonormal, rotation_of};
+use crate::types::orientation::{Orientation, TurningNumber, orthonormal, rotation_of};
 use crate::types::reference_frame::MovingFrame;
 use crate::{Beam, Bushing, Joint, Model};
 
@@ -83,7 +83,7 @@ pub struct Placements<'a> {
     slopes: &'a Slopes<'a>,
     known: RefCell<BTreeMap<String, MovingFrame<Dual64>>>,
     nodes: RefCell<BTreeMap<String, Rc<Vec<MovingFrame<Dual64>>>>>,
-    meshes: RefCell<BTreeMap<String, Rc<Vec<Mesh<Dual64>>>>>,
+    meshes: RefCell<BTreeMap<String, Rc<Vec<BeamMesh<Dual64>>>>>,
 }
 
 /// What is known under a name; found the first time.
@@ -242,7 +242,7 @@ impl<'a> Placements<'a> {
 
     /// The legs of a beam in the frame in which it is stated.
     #[must_use]
-    pub fn meshes(&self, beam: &Beam) -> Rc<Vec<Mesh<Dual64>>> {
+    pub fn meshes(&self, beam: &Beam) -> Rc<Vec<BeamMesh<Dual64>>> {
         let key = format!("beam.{}", beam.name);
         let number = |part: &str, value| self.slopes.number(&format!("{key}.{part}"), value);
         let found = || self.with_stations(beam).meshes_by(&number).unwrap_or_default();

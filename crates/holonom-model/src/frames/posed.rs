@@ -41,8 +41,9 @@ pub(crate) fn body(body: &mut Body, frame: &MovingFrame, by_joints: bool) {
 pub(crate) fn beam(beam: &mut Beam, frame: &MovingFrame, by_joints: bool) {
     beam.relative_to = None;
     if frame.rotation != Matrix3::identity() && beam.normal.is_none() {
-        let first =
-            |mesh: vi_beam::mesh::Mesh| Some(mesh.triads.first()?.column(0).into_owned().into());
+        let first = |mesh: vi_beam::mesh::BeamMesh| {
+            Some(mesh.triads.first()?.column(0).into_owned().into())
+        };
         let normals: Option<Vec<[f64; 3]>> =
             beam.meshes().ok().and_then(|legs| legs.into_iter().map(first).collect());
         beam.normal = normals.map(Normal::Legs);

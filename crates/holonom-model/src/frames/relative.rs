@@ -23,14 +23,14 @@ use crate::types::reference_frame::MovingFrame;
 use crate::{Constraint, GROUND, Joint, Model};
 
 /// A part of the model: its section and its number there.
-type Part = (&'static str, usize);
+type SectionEntry = (&'static str, usize);
 
 /// Where the frame of a name comes from.
 #[derive(Clone, Copy)]
 enum FrameSource {
     Inertial,
     /// A part, and the node if it is a beam.
-    Of(Part, usize),
+    Of(SectionEntry, usize),
 }
 
 /// How far a part is.
@@ -42,13 +42,14 @@ enum PartProgress {
 
 /// Resolves all `relative_to` of a model; what is wrong with them.
 pub(crate) fn resolve(model: &mut Model, document: &Document<'_>) -> Vec<Problem> {
-    let stated: Vec<Part> = parts(model).filter(|part| target(model, *part).is_some()).collect();
+    let stated: Vec<SectionEntry> =
+        parts(model).filter(|part| target(model, *part).is_some()).collect();
     if stated.is_empty() && model.frames.is_empty() {
         return Vec::new();
     }
     if model.header.dimension == 2 {
         let help = "write all positions in the inertial frame";
-        let planar = |(section, index): Part| {
+        let planar = |(section, index): SectionEntry| {
             let key = format!("{}.relative_to", document.label(section, index));
             let span = document.span(&key);
             Problem::new(key, "planar models have no reference frames").help(help).at(span)
@@ -90,7 +91,7 @@ fn frame_faults(model: &Model, document: &Document<'_>) -> Vec<Problem> {
 }
 
 /// All parts that may state a frame.
-fn parts(model: &Model) -> impl Iterator<Item = Part> + use<> {
+fn parts(model: &Model) -> impl Iterator<Item = SectionEntry> + use<> {
     let counts = [
         ("frame", model.frames.len()),
         ("body", model.bodies.len()),
@@ -110,7 +111,7 @@ fn parts(model: &Model) -> impl Iterator<Item = Part> + use<> {
 }
 
 /// The frame that a part states.
-fn target(model: &Model, (section, index): Part) -> Option<&str> {
+fn target(model: &Model, (section, index): SectionEntry) -> Option<&str> {
     let named = match section {
         "frame" => &model.frames[index].relative_to,
         "body" => &model.bodies[index].relative_to,
@@ -139,8 +140,8 @@ fn target(model: &Model, (section, index): Part) -> Option<&str> {
 }
 
 /// The part of each name; of two parts of one name the first counts.
-fn names(model: &Model) -> BTreeMap<String, Part> {
-    let name = |(section, index): Part| {
+fn names(model: &Model) -> BTreeMap<String, SectionEntry> {
+    let name = |(section, index): SectionEntry| {
         match section {
             "frame" => &model.frames[index].name,
             "body" => &model.bodies[index].name,
@@ -171,21 +172,21 @@ fn names(model: &Model) -> BTreeMap<String, Part> {
 struct Resolver<'a> {
     model: &'a mut Model,
     document: &'a Document<'a>,
-    names: BTreeMap<String, Part>,
+    names: BTreeMap<String, SectionEntry>,
     /// Whether a joint states a rate: the velocities of joined bodies then follow from the joints.
     rates: bool,
     jointed: BTreeSet<String>,
     /// The frames in which joints and frames are stated.
-    bases: BTreeMap<Part, MovingFrame>,
+    bases: BTreeMap<SectionEntry, MovingFrame>,
     /// The frames of the nodes of beams.
     nodes: BTreeMap<usize, Vec<MovingFrame>>,
-    states: BTreeMap<Part, PartProgress>,
+    states: BTreeMap<SectionEntry, PartProgress>,
     problems: Vec<Problem>,
 }
 
 impl Resolver<'_> {
     /// Resolves a part after all those that it depends on.
-    fn follow(&mut self, first: Part) {
+    fn follow(&mut self, first: SectionEntry) {
         let mut chain = vec![first];
         while let Some(&part) = chain.last() {
             if self.states.get(&part) == Some(&PartProgress::Known) {
@@ -220,7 +221,7 @@ impl Resolver<'_> {
 
     /// Where the frame that a part states comes from; `None` where it states none, or names nothing
     /// that has one.
-    fn origin(&mut self, part: Part) -> Option<FrameSource> {
+    fn origin(&mut self, part: SectionEntry) -> Option<FrameSource> {
         let name = target(self.model, part)?.to_owned();
         if is_ground(&name) {
             return Some(FrameSource::Inertial);
@@ -239,7 +240,7 @@ impl Resolver<'_> {
     }
 
     /// The part that has to be known before this frame is.
-    fn needed(&mut self, origin: FrameSource) -> Option<Part> {
+    fn needed(&mut self, origin: FrameSource) -> Option<SectionEntry> {
         let FrameSource::Of(part, _) = origin else { return None };
         match part {
             ("joint", index) => match self.carrier(index) {
@@ -309,7 +310,7 @@ impl Resolver<'_> {
     }
 
     /// Restates a part in the inertial frame.
-    fn pose(&mut self, part: Part, frame: &MovingFrame) {
+    fn pose(&mut self, part: SectionEntry, frame: &MovingFrame) {
         let (section, index) = part;
         let by_joints = |name: &str| self.rates && self.jointed.contains(name);
         match section {
@@ -345,13 +346,14 @@ impl Resolver<'_> {
     }
 
     /// Reports a name that has no frame.
-    fn refuse(&mut self, part: Part, name: &str) -> Option<FrameSource> {
+    fn refuse(&mut self, part: SectionEntry, name: &str) -> Option<FrameSource> {
         let message = match self.names.get(name) {
             Some(("beam", _)) => format!("`{name}` is a beam: its nodes have frames"),
             Some((section, _)) => format!("`{name}` is a {section}: it has no frame"),
             None => format!("there is no body, joint or frame named `{name}`"),
         };
-        let framed = |(_, part): &(&String, &Part)| ["body", "joint", "frame"].contains(&part.0);
+        let framed =
+            |(_, part): &(&String, &SectionEntry)| ["body", "joint", "frame"].contains(&part.0);
         let known = self.names.iter().filter(framed).map(|(name, _)| name.as_str());
         let known: Vec<&str> = known.chain([GROUND]).collect();
         let help = match (self.names.get(name), nearest(name, known.iter().copied())) {
@@ -364,10 +366,11 @@ impl Resolver<'_> {
     }
 
     /// Reports parts that are stated relative to each other.
-    fn circle(&mut self, chain: &[Part], again: Part) {
+    fn circle(&mut self, chain: &[SectionEntry], again: SectionEntry) {
         let start = chain.iter().position(|part| *part == again).unwrap_or(0);
-        let named =
-            |part: &Part| self.names.iter().find(|(_, p)| *p == part).map(|(n, _)| n.as_str());
+        let named = |part: &SectionEntry| {
+            self.names.iter().find(|(_, p)| *p == part).map(|(n, _)| n.as_str())
+        };
         let mut names: Vec<&str> = chain[start..].iter().filter_map(named).take(8).collect();
         if chain.len() - start > names.len() {
             names.push("…");
@@ -384,7 +387,7 @@ impl Resolver<'_> {
         self.report(again, message, help.to_owned());
     }
 
-    fn report(&mut self, (section, index): Part, message: String, help: String) {
+    fn report(&mut self, (section, index): SectionEntry, message: String, help: String) {
         if self.problems.len() < MAX_PROBLEMS {
             let key = format!("{}.relative_to", self.document.label(section, index));
             let span = self.document.span(&key);

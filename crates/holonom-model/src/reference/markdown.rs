@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::{Presence, Row, Section, Table};
+use super::{KeyRow, Presence, ReferenceSection, ReferenceTable};
 
-impl Section {
+impl ReferenceSection {
     /// The section as Markdown, its heading at the first level.
     #[must_use]
     pub fn markdown(&self) -> String {
@@ -24,7 +24,7 @@ impl Section {
     }
 }
 
-fn rows(out: &mut String, table: &Table) {
+fn rows(out: &mut String, table: &ReferenceTable) {
     let keys = table.rows.iter().any(|row| row.kind.is_some());
     let head = match (keys, table.rows.iter().all(|row| row.name.starts_with('"'))) {
         (true, _) => "| key | type | default | meaning |\n|---|---|---|---|",
@@ -46,7 +46,7 @@ fn rows(out: &mut String, table: &Table) {
 }
 
 /// Keys and words as code, the type of a table in bold, forms of a value in words.
-fn name(row: &Row) -> String {
+fn name(row: &KeyRow) -> String {
     match (&row.kind, row.name.contains('"')) {
         (None, false) => row.name.clone(),
         (None, true) if row.name.starts_with("type") => format!("**`{}`**", row.name),
@@ -54,7 +54,7 @@ fn name(row: &Row) -> String {
     }
 }
 
-fn presence(row: &Row) -> String {
+fn presence(row: &KeyRow) -> String {
     match (&row.kind, &row.presence) {
         (None, _) => String::new(),
         (_, Presence::Required) => "required".to_owned(),

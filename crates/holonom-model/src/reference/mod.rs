@@ -18,29 +18,29 @@ use crate::text::sections::{LISTS, PARAMETERS, TABLES};
 
 /// One section of the model file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Section {
+pub struct ReferenceSection {
     /// Its name: `joint`.
     pub name: &'static str,
     /// Its keys first, then the tables and words that they refer to.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ReferenceTable>,
     /// A part of one valid model, that of all examples together.
     pub example: &'static str,
 }
 
 /// The keys of a table, or the words of a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Table {
+pub struct ReferenceTable {
     /// The keys it belongs to, `motor.history`; none for the section itself.
     pub of: Vec<String>,
     /// What it describes.
     pub about: String,
     /// Keys, words or forms of a value.
-    pub rows: Vec<Row>,
+    pub rows: Vec<KeyRow>,
 }
 
 /// A key with its type and default, or a word with its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct KeyRow {
     /// The key, the word, or the form of a value.
     pub name: String,
     /// The type of a key; `None` for words and forms.
@@ -94,7 +94,7 @@ const EXAMPLES: [(&str, &str); 25] = examples![
     "identify"
 ];
 
-impl Table {
+impl ReferenceTable {
     /// `{ stiffness = …, rest = … }`: a type, the keys that are required, or else the first one.
     fn form(&self) -> String {
         if let Some(tagged) = self.rows.iter().find(|row| row.name.starts_with("type = ")) {
@@ -111,12 +111,12 @@ impl Table {
 }
 
 /// All of them, read once.
-static SECTIONS: LazyLock<Vec<Section>> = LazyLock::new(|| {
+static SECTIONS: LazyLock<Vec<ReferenceSection>> = LazyLock::new(|| {
     let schema = Model::schema();
-    EXAMPLES.map(|own| Section::read(&schema, own)).into()
+    EXAMPLES.map(|own| ReferenceSection::read(&schema, own)).into()
 });
 
-impl Section {
+impl ReferenceSection {
     /// The names of all sections, in the order of the guide.
     pub fn names() -> impl Iterator<Item = &'static str> {
         EXAMPLES.into_iter().map(|(name, _)| name)
@@ -166,7 +166,7 @@ impl Section {
         let is_own = |path: &String| path.rsplit('.').next() == Some(key);
         let is_named = |path: &String| path.strip_suffix(".NAME").is_some_and(|own| own == key);
         let of = |is: &dyn Fn(&String) -> bool| {
-            self.tables.iter().find(|table| table.of.iter().any(is)).map(Table::form)
+            self.tables.iter().find(|table| table.of.iter().any(is)).map(ReferenceTable::form)
         };
         of(&is_own).or_else(|| Some(format!("{{ NAME = {} }}", of(&is_named)?)))
     }
@@ -203,7 +203,7 @@ impl<'s> Reader<'s> {
         }
     }
 
-    fn table(&mut self, of: Vec<String>, schema: &'s Value) -> Table {
+    fn table(&mut self, of: Vec<String>, schema: &'s Value) -> ReferenceTable {
         let path = of.first().cloned().unwrap_or_default();
         let mut rows = Vec::new();
         for member in list(schema, "oneOf").iter().chain(list(schema, "anyOf")) {
@@ -212,12 +212,12 @@ impl<'s> Reader<'s> {
         if rows.is_empty() {
             rows = self.keys(&path, schema);
         }
-        Table { of, about: about(schema), rows }
+        ReferenceTable { of, about: about(schema), rows }
     }
 
     /// A word; a table of a certain `type` with its keys; or a form of a value.
-    fn alternative(&mut self, path: &str, member: &'s Value) -> Vec<Row> {
-        let row = |name: String| Row {
+    fn alternative(&mut self, path: &str, member: &'s Value) -> Vec<KeyRow> {
+        let row = |name: String| KeyRow {
             name,
             kind: None,
             presence: Presence::Optional,
@@ -238,7 +238,7 @@ impl<'s> Reader<'s> {
     }
 
     /// The keys of an object: those that are required in their order, then the others by name.
-    fn keys(&mut self, path: &str, schema: &'s Value) -> Vec<Row> {
+    fn keys(&mut self, path: &str, schema: &'s Value) -> Vec<KeyRow> {
         let none = Map::new();
         let properties = schema["properties"].as_object().unwrap_or(&none);
         let required: Vec<&str> =
@@ -257,12 +257,12 @@ impl<'s> Reader<'s> {
         }
         if schema["additionalProperties"].is_object() {
             let values = &schema["additionalProperties"];
-            rows.push(Row { about: about(values), ..self.key("NAME", values, false) });
+            rows.push(KeyRow { about: about(values), ..self.key("NAME", values, false) });
         }
         rows
     }
 
-    fn key(&self, key: &str, property: &Value, required: bool) -> Row {
+    fn key(&self, key: &str, property: &Value, required: bool) -> KeyRow {
         let presence = match property.get("default") {
             _ if required => Presence::Required,
             Some(value) if value.as_array().is_none_or(|values| !values.is_empty()) => {
@@ -270,7 +270,7 @@ impl<'s> Reader<'s> {
             }
             _ => Presence::Optional,
         };
-        Row {
+        KeyRow {
             name: key.to_owned(),
             kind: Some(self.kind(property)),
             presence,

@@ -4,9 +4,14 @@ use crate::ModelError;
 /// The examples of all sections are one valid model.
 #[test]
 fn examples_form_a_valid_model() {
-    let text: String = Section::names().filter_map(Section::of).map(|s| s.example).collect();
+    let text: String =
+        ReferenceSection::names().filter_map(ReferenceSection::of).map(|s| s.example).collect();
     let model = Model::from_toml(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
-    assert_eq!(Section::names().count(), LISTS.len() + TABLES.len() + 1, "a section without page");
+    assert_eq!(
+        ReferenceSection::names().count(),
+        LISTS.len() + TABLES.len() + 1,
+        "a section without page"
+    );
     for (name, example) in EXAMPLES {
         assert!(example.contains(&format!("[{name}]")), "{name} is not in its own example");
     }
@@ -19,7 +24,7 @@ fn defaults_are_those_of_the_model() {
     let plain = "model = { name = \"m\", dimension = 2 }\n[[particle]]\nname = \"p\"\nmass = 1.0\n\
                  position = [0.0, 0.0]\n[simulation]\nstep = 0.1\nend = 1.0\n";
     let expected = Model::from_toml(plain).unwrap();
-    let simulation = Section::of("simulation").unwrap();
+    let simulation = ReferenceSection::of("simulation").unwrap();
     let mut tried = 0;
     for row in &simulation.tables[0].rows {
         if let Presence::Default(value) = &row.presence {
@@ -36,7 +41,7 @@ fn defaults_are_those_of_the_model() {
 /// Every key and every word of every section has a type and a meaning.
 #[test]
 fn nothing_is_left_without_a_meaning() {
-    for section in Section::names().filter_map(Section::of) {
+    for section in ReferenceSection::names().filter_map(ReferenceSection::of) {
         for table in &section.tables {
             assert!(!table.rows.is_empty(), "{}: {:?} is empty", section.name, table.of);
             for row in &table.rows {
@@ -50,9 +55,9 @@ fn nothing_is_left_without_a_meaning() {
 
 #[test]
 fn page_of_loads() {
-    insta::assert_snapshot!("load_text", Section::of("load").unwrap().text());
-    insta::assert_snapshot!("load_markdown", Section::of("load").unwrap().markdown());
-    assert_eq!(Section::of("loads"), None);
+    insta::assert_snapshot!("load_text", ReferenceSection::of("load").unwrap().text());
+    insta::assert_snapshot!("load_markdown", ReferenceSection::of("load").unwrap().markdown());
+    assert_eq!(ReferenceSection::of("loads"), None);
 }
 
 /// A value that is no table, where one belongs, is answered with how it is written; entries of a
@@ -61,7 +66,7 @@ fn page_of_loads() {
 fn what_is_no_table_is_answered_with_one() {
     let foreign = ["struct", "enum", "variant", "map,", "sequence", "floating point"];
     let mut tried = 0;
-    for section in Section::names().filter_map(Section::of) {
+    for section in ReferenceSection::names().filter_map(ReferenceSection::of) {
         let mut tag = String::new();
         for row in &section.tables[0].rows {
             if row.name.starts_with("type = ") {

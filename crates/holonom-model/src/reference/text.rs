@@ -2,11 +2,11 @@
 
 use std::fmt::Write;
 
-use super::{Presence, Row, Section, Table};
+use super::{KeyRow, Presence, ReferenceSection, ReferenceTable};
 
 const WIDTH: usize = 100;
 
-impl Section {
+impl ReferenceSection {
     /// The section as plain text of at most 100 columns, examples excepted.
     #[must_use]
     pub fn text(&self) -> String {
@@ -23,7 +23,7 @@ impl Section {
     }
 }
 
-fn rows(out: &mut String, table: &Table) {
+fn rows(out: &mut String, table: &ReferenceTable) {
     let alternatives = table.rows.iter().any(|row| row.kind.is_none());
     if !table.rows.is_empty() {
         out.push('\n');
@@ -35,7 +35,7 @@ fn rows(out: &mut String, table: &Table) {
     }
 }
 
-fn annotation(row: &Row) -> String {
+fn annotation(row: &KeyRow) -> String {
     let Some(kind) = &row.kind else { return String::new() };
     match &row.presence {
         Presence::Required => format!(": {kind}, required"),

@@ -26,7 +26,8 @@ const NUMBERS: usize = 1 + 36 + 36;
 /// The stations of a blade of a length, m, from a blade file, or from a primary file at a path.
 pub(super) fn rows(
     text: &str,
-    (path, meshes): (&Path, &mut Meshes),
+    path: &Path,
+    meshes: &mut Meshes,
     length: f64,
 ) -> Result<Vec<Station>, String> {
     let Some(name) = text_of(text, "bldfile") else { return blade(text, length) };

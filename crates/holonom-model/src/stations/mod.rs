@@ -63,5 +63,5 @@ fn rows(
     let length =
         beam.plain_meshes().map(|meshes| meshes.iter().flat_map(|mesh| &mesh.lengths).sum());
     let length = length.unwrap_or(1.0);
-    beamdyn::rows(&text, (path, meshes), length)
+    beamdyn::rows(&text, path, meshes, length)
 }

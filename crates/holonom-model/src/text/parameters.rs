@@ -43,7 +43,7 @@ pub(crate) fn schema() -> serde_json::Value {
 }
 
 /// A parameter: what the file says, and its value once it is known.
-pub(super) struct Parameter {
+pub(super) struct FileParameter {
     pub(super) text: String,
     pub(super) place: Range<usize>,
     pub(super) value: Option<f64>,
@@ -121,7 +121,7 @@ fn variables_at(path: &str) -> &'static [&'static str] {
 fn with_values(
     text: &str,
     own: &[&str],
-    parameters: &BTreeMap<String, Parameter>,
+    parameters: &BTreeMap<String, FileParameter>,
 ) -> Result<String, Problem> {
     let mut clash = None;
     let text = renamed(text, &mut |name| match parameters.get(name).and_then(|own| own.value) {
@@ -174,7 +174,7 @@ fn written(number: f64) -> String {
 pub(super) fn take(
     table: &mut DeTable<'_>,
     problems: &mut Vec<Problem>,
-) -> BTreeMap<String, Parameter> {
+) -> BTreeMap<String, FileParameter> {
     let mut parameters = BTreeMap::new();
     let Some(section) = table.remove(PARAMETERS) else { return parameters };
     let place = section.span();
@@ -215,7 +215,7 @@ pub(super) fn take(
                 problems.push(wrong(format!("the parameter `{name}` is no finite number"), help));
             }
             Some(text) => {
-                parameters.insert(name, Parameter { text, place, value: None });
+                parameters.insert(name, FileParameter { text, place, value: None });
             }
         }
     }
@@ -223,7 +223,10 @@ pub(super) fn take(
 }
 
 /// Finds the values, each parameter after those it depends on.
-pub(super) fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &mut Vec<Problem>) {
+pub(super) fn resolve(
+    parameters: &mut BTreeMap<String, FileParameter>,
+    problems: &mut Vec<Problem>,
+) {
     // of each parameter those that wait for it, and for how many parameters it waits itself
     let mut waiting: BTreeMap<String, Vec<String>> = BTreeMap::new();
     let mut missing: BTreeMap<String, usize> = BTreeMap::new();
@@ -278,7 +281,7 @@ pub(super) fn resolve(parameters: &mut BTreeMap<String, Parameter>, problems: &m
 }
 
 /// What to write instead of an expression.
-fn help(error: &ExpressionError, parameters: &BTreeMap<String, Parameter>) -> String {
+fn help(error: &ExpressionError, parameters: &BTreeMap<String, FileParameter>) -> String {
     let name = error.unknown.as_deref().unwrap_or_default();
     let near = nearest(name, parameters.keys().map(String::as_str));
     // the time is near to every other letter
@@ -296,7 +299,7 @@ pub(crate) fn stated(table: &DeTable<'_>) -> BTreeSet<String> {
 }
 
 /// The parameters that an expression of the model depends on, itself or by other parameters.
-fn used(table: &mut DeTable<'_>, parameters: &BTreeMap<String, Parameter>) -> BTreeSet<String> {
+fn used(table: &mut DeTable<'_>, parameters: &BTreeMap<String, FileParameter>) -> BTreeSet<String> {
     let mut waiting = Vec::new();
     each(table, &mut |_, expression, _| waiting.extend(names(expression)));
     let mut used = BTreeSet::new();

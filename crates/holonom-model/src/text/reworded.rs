@@ -4,7 +4,7 @@ use super::problem::nearest;
 use super::strict::{TABLE, wrong_length};
 use super::syntax::number_help;
 use super::wishes;
-use crate::reference::Section;
+use crate::reference::ReferenceSection;
 
 /// The quoted words of a message of serde.
 pub(crate) fn quoted(message: &str) -> impl Iterator<Item = &str> {
@@ -118,7 +118,7 @@ pub(crate) fn suggestion(word: &str, known: &[&str]) -> Option<String> {
 /// Where a key stands that is none of those known at its place.
 pub(crate) fn suggestion_of_key(word: &str, known: &[&str]) -> Option<String> {
     let here = suggestion(word, known)?;
-    match Section::with_key(word).filter(|_| here.starts_with("known: ")) {
+    match ReferenceSection::with_key(word).filter(|_| here.starts_with("known: ")) {
         Some(section) => Some(format!("`{word}` is a key of {} ({here})", section.heading())),
         None => Some(here),
     }
@@ -143,8 +143,8 @@ pub(crate) fn text_for_number(message: &str) -> Option<&str> {
 }
 
 /// The section of a path, whose part may have no name: `body[0].mass`.
-pub(crate) fn section_at(path: &str) -> Option<&'static Section> {
-    path.split(['.', '[']).next().and_then(Section::of)
+pub(crate) fn section_at(path: &str) -> Option<&'static ReferenceSection> {
+    path.split(['.', '[']).next().and_then(ReferenceSection::of)
 }
 
 /// The type of the key at a path, in words.

@@ -23,14 +23,14 @@ use super::strict::{Strict, list_of, no_table};
 use super::syntax;
 use super::tangents::{ParameterTangent, tangents};
 use super::wishes;
-use crate::reference::Section;
+use crate::reference::ReferenceSection;
 
 /// Numbers beyond this are refused.
 pub(crate) const HUGE: f64 = 1e100;
 
 /// The places of a key and of its value.
 #[derive(Clone)]
-struct Place {
+struct KeyPlace {
     key: Range<usize>,
     value: Range<usize>,
 }
@@ -38,7 +38,7 @@ struct Place {
 /// A parsed model text.
 pub(crate) struct Document<'i> {
     table: DeTable<'i>,
-    places: OnceCell<BTreeMap<String, Place>>, // found when a problem asks for one
+    places: OnceCell<BTreeMap<String, KeyPlace>>, // found when a problem asks for one
     labels: BTreeMap<&'static str, Vec<String>>,
     length: usize,
 }
@@ -58,7 +58,7 @@ impl<'i> Document<'i> {
     }
 
     /// The place of every key path.
-    fn places(&self) -> &BTreeMap<String, Place> {
+    fn places(&self) -> &BTreeMap<String, KeyPlace> {
         self.places.get_or_init(|| places(&self.table, &self.labels))
     }
 
@@ -145,7 +145,7 @@ impl<'i> Document<'i> {
                 (None, None) => {
                     let sections =
                         format!("sections are {}", known().collect::<Vec<_>>().join(", "));
-                    match Section::with_key(name) {
+                    match ReferenceSection::with_key(name) {
                         Some(section) => {
                             format!("`{name}` is a key of {} ({sections})", section.heading())
                         }
@@ -461,10 +461,10 @@ fn walk_value<'i>(
     }
 }
 
-fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, Place> {
+fn places(table: &DeTable<'_>, labels: &Labels) -> BTreeMap<String, KeyPlace> {
     let mut places = BTreeMap::new();
     walk(table, labels, &mut |path, key, value| {
-        places.insert(path.to_owned(), Place { key: key.clone(), value: value.span() });
+        places.insert(path.to_owned(), KeyPlace { key: key.clone(), value: value.span() });
     });
     places
 }

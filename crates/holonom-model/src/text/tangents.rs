@@ -4,16 +4,16 @@
 //! p_j = e_j(θ, p),   ∂p_j/∂θ_k = Σ_i ∂e_j/∂p_i ∂p_i/∂θ_k        in the order of dependence
 //! key = e(p)         ∂key/∂θ_k = Σ_j ∂e/∂p_j ∂p_j/∂θ_k
 //! ```
-//! `θ`: the parameters that are numbers. Slopes are those of [`Program::gradient`], exact.
+//! `θ`: the parameters that are numbers. Slopes are those of [`ExpressionProgram::gradient`], exact.
 
 use std::collections::BTreeMap;
 
 use toml::de::{DeTable, DeValue};
 
-use super::parameters::{Parameter, each, each_value, resolve, take};
+use super::parameters::{FileParameter, each, each_value, resolve, take};
 use super::problem::{Problem, nearest};
 use super::sections::is_formula;
-use crate::expression::{Known, Moving, Program, names, renamed};
+use crate::expression::{ExpressionProgram, KnownName, Moving, names, renamed};
 
 /// How the numbers of a model change with one of its parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,7 +61,7 @@ pub(super) fn tangents(
         .filter(|(_, own)| own.text.trim().parse::<f64>().is_ok())
         .map(|(name, _)| name.clone())
         .collect();
-    let chain = Chain::new(&parameters, &free, &mut problems);
+    let chain = ParameterChain::new(&parameters, &free, &mut problems);
     let mut found: Vec<ParameterTangent> = free
         .iter()
         .map(|name| ParameterTangent {
@@ -144,14 +144,14 @@ fn at_keys(
 }
 
 /// The derivatives of all parameters by those that are numbers.
-struct Chain<'a> {
-    parameters: &'a BTreeMap<String, Parameter>,
+struct ParameterChain<'a> {
+    parameters: &'a BTreeMap<String, FileParameter>,
     rows: BTreeMap<String, Vec<f64>>,
 }
 
-impl<'a> Chain<'a> {
+impl<'a> ParameterChain<'a> {
     fn new(
-        parameters: &'a BTreeMap<String, Parameter>,
+        parameters: &'a BTreeMap<String, FileParameter>,
         free: &[String],
         problems: &mut Vec<Problem>,
     ) -> Self {
@@ -201,7 +201,7 @@ impl<'a> Chain<'a> {
         let values: Vec<f64> =
             self.parameters.values().map(|own| own.value.unwrap_or(f64::NAN)).collect();
         let place = |name: &str| list.binary_search_by(|own| own.as_str().cmp(name)).ok();
-        let program = Program::parse(text, &mut |name| place(name).map(Known::Input))
+        let program = ExpressionProgram::parse(text, &mut |name| place(name).map(KnownName::Input))
             .map_err(|error| error.message)?;
         if let Some(kink) = program.kink(&values) {
             let text = text.trim();

@@ -7,7 +7,7 @@
 use nalgebra::{Vector3, Vector6};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_beam::mesh::{CurveError, FrameRule, Mesh};
+use vi_beam::mesh::{BeamMesh, CurveError, FrameRule};
 use vi_beam::section::Section as Numbers;
 use vi_beam::varying::SectionPoint;
 use vi_beam::{ElementKind, Rest};
@@ -17,7 +17,7 @@ use vi_multibody::joint::complete_axis;
 
 use super::section::Section;
 use super::settings::{Settings, Strain};
-use super::station::{Along, NumbersAlong, Station, Stations, re};
+use super::station::{NumbersAlong, SectionsAlong, Station, Stations, re};
 use crate::text::problem::{Problem, fault};
 
 /// Intervals between nodes that a beam may have at most.
@@ -224,7 +224,7 @@ fn one() -> usize {
 }
 
 /// Length of a centre line, m.
-fn drawn_length<T: Number>(meshes: &[Mesh<T>]) -> T {
+fn drawn_length<T: Number>(meshes: &[BeamMesh<T>]) -> T {
     let lengths = meshes.iter().flat_map(|mesh| &mesh.lengths);
     lengths.fold(T::of(0.0), |sum, own| sum + *own)
 }
@@ -354,7 +354,7 @@ impl Beam {
     ///
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
-    pub fn meshes(&self) -> Result<Vec<Mesh>, Problem> {
+    pub fn meshes(&self) -> Result<Vec<BeamMesh>, Problem> {
         self.meshes_by(&|_, value| value)
     }
 
@@ -362,7 +362,10 @@ impl Beam {
     ///
     /// # Errors
     /// [`Problem`] with its key below that of the beam.
-    pub fn meshes_by<T: Number>(&self, number: NumbersOf<'_, T>) -> Result<Vec<Mesh<T>>, Problem> {
+    pub fn meshes_by<T: Number>(
+        &self,
+        number: NumbersOf<'_, T>,
+    ) -> Result<Vec<BeamMesh<T>>, Problem> {
         let mut meshes = self.plain_meshes_by(number)?;
         if let Some(along) = self.along(&meshes, number)? {
             let mut start = T::of(0.0);
@@ -377,12 +380,12 @@ impl Beam {
     /// Its stations, if it has any, on these meshes.
     fn along<T: Number>(
         &self,
-        meshes: &[Mesh<T>],
+        meshes: &[BeamMesh<T>],
         number: NumbersOf<'_, T>,
-    ) -> Result<Option<Along<T>>, Problem> {
+    ) -> Result<Option<SectionsAlong<T>>, Problem> {
         let Some(Stations::Rows(rows)) = &self.stations else { return Ok(None) };
         let length = re(drawn_length(meshes));
-        Along::new((rows, number), &self.section, length).map(Some)
+        SectionsAlong::new(rows, number, &self.section, length).map(Some)
     }
 
     /// Sections along each element, where it has stations.
@@ -391,14 +394,14 @@ impl Beam {
     /// [`Problem`] with its key below that of the beam.
     pub fn sections_along(
         &self,
-        meshes: &[Mesh],
+        meshes: &[BeamMesh],
     ) -> Result<Option<Vec<Vec<SectionPoint>>>, Problem> {
         self.points_along(meshes, &|_, value| value, &|_, _, value| value)
     }
 
     fn points_along<T: Number>(
         &self,
-        meshes: &[Mesh<T>],
+        meshes: &[BeamMesh<T>],
         number: NumbersOf<'_, T>,
         of_section: NumbersAlong<'_, T>,
     ) -> Result<Option<Vec<Vec<SectionPoint<T>>>>, Problem> {
@@ -531,14 +534,14 @@ impl Beam {
     }
 
     /// The same before its stations twist it.
-    pub(crate) fn plain_meshes(&self) -> Result<Vec<Mesh>, Problem> {
+    pub(crate) fn plain_meshes(&self) -> Result<Vec<BeamMesh>, Problem> {
         self.plain_meshes_by(&|_, value| value)
     }
 
     fn plain_meshes_by<T: Number>(
         &self,
         number: NumbersOf<'_, T>,
-    ) -> Result<Vec<Mesh<T>>, Problem> {
+    ) -> Result<Vec<BeamMesh<T>>, Problem> {
         let mut meshes = self.drawn_meshes(number)?;
         if let Some(length) = self.length {
             let ratio = number("length", length) / drawn_length(&meshes);
@@ -549,7 +552,10 @@ impl Beam {
     }
 
     /// The same with the lengths along the centre line.
-    fn drawn_meshes<T: Number>(&self, number: NumbersOf<'_, T>) -> Result<Vec<Mesh<T>>, Problem> {
+    fn drawn_meshes<T: Number>(
+        &self,
+        number: NumbersOf<'_, T>,
+    ) -> Result<Vec<BeamMesh<T>>, Problem> {
         self.counts()?;
         let intervals = |leg: usize| self.elements_of(leg);
         let explain = |key: &'static str| {
@@ -572,7 +578,7 @@ impl Beam {
                 let point = |k: usize, x| vector(number, &format!("points.{k}"), x);
                 let (from, to) = (point(leg, &ends[0]), point(leg + 1, &ends[1]));
                 let rule = self.rule(leg, to - from, number);
-                Mesh::straight(from, to, intervals(leg), rule).map_err(explain("points"))
+                BeamMesh::straight(from, to, intervals(leg), rule).map_err(explain("points"))
             };
             return self.points.windows(2).enumerate().map(leg).collect();
         };
@@ -597,7 +603,7 @@ impl Beam {
                 let points: Vec<_> =
                     points.map(|(k, x)| along(&format!("points.{k}"), x)).collect();
                 let rule = self.rule(0, points[1] - points[0], number);
-                Mesh::spline(&points, intervals(0), rule).map_err(explain("curve"))?
+                BeamMesh::spline(&points, intervals(0), rule).map_err(explain("curve"))?
             }
         };
         Ok(vec![mesh])
@@ -608,7 +614,7 @@ impl Beam {
         [from, center, axis]: [Vector3<T>; 3],
         [angle, pitch]: [T; 2],
         number: NumbersOf<'_, T>,
-    ) -> Result<Mesh<T>, Problem> {
+    ) -> Result<BeamMesh<T>, Problem> {
         if axis.map(Number::real).amax() < 1e-100 {
             let message = "the axis has zero length".to_owned();
             return Err(fault("curve.axis", message, "write a direction, such as [0, 0, 1]"));
@@ -628,7 +634,7 @@ impl Beam {
         let rise = axis * (pitch / T::of(std::f64::consts::TAU));
         let tangent = (axis.cross(&radius) + rise) * T::of(re(angle).signum());
         let (intervals, rule) = (self.elements_of(0), self.rule(0, tangent, number));
-        let mesh = Mesh::helix(foot, radius, axis, angle, pitch, intervals, rule);
+        let mesh = BeamMesh::helix(foot, radius, axis, angle, pitch, intervals, rule);
         mesh.map_err(|error| {
             fault("normal", error.to_string(), "write a direction across the beam")
         })

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use vi_beam::section::{Section, SectionError};
 use vi_core::Number;
 
-use super::outline::Numbers;
+use super::outline::NumberAtKey;
 
 /// `damping` of a section: Kelvin–Voigt, the stress is `C (ε + τ ε̇)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -62,7 +62,7 @@ impl Damping {
     pub(crate) fn of<T: Number>(
         &self,
         section: Section<T>,
-        number: Numbers<'_, T>,
+        number: NumberAtKey<'_, T>,
     ) -> Result<Section<T>, Problem> {
         let refuse = |error: SectionError| {
             fault("damping", error.to_string(), "write a symmetric matrix that dissipates")
@@ -88,7 +88,7 @@ impl Damping {
 
     /// Relaxation times in the order of the stiffnesses of the elements, s; of a full viscosity
     /// none.
-    fn times_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<[T; 6], Problem> {
+    fn times_by<T: Number>(&self, number: NumberAtKey<'_, T>) -> Result<[T; 6], Problem> {
         let not_negative = |key: &str, value: f64, unit: &str| {
             let message = format!("{key} = {value} is negative");
             let help = format!("write a positive number{unit}, or 0 for no damping");
@@ -138,7 +138,7 @@ pub(crate) fn matrix(rows: &[[f64; 6]; 6]) -> Matrix6<f64> {
 pub(crate) fn matrix_by<T: Number>(
     rows: &[[f64; 6]; 6],
     key: &str,
-    number: Numbers<'_, T>,
+    number: NumberAtKey<'_, T>,
 ) -> Matrix6<T> {
     Matrix6::from_fn(|i, j| number(&format!("{key}.{i}.{j}"), rows[i][j]))
 }

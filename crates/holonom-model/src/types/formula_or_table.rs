@@ -18,9 +18,9 @@ pub(crate) trait FormulaOr: Sized {
     fn of_table<'de, D: Deserializer<'de>>(table: D) -> Result<Self, D::Error>;
 }
 
-struct Stated<T>(PhantomData<T>);
+struct StatedFormula<T>(PhantomData<T>);
 
-impl<'de, T: FormulaOr> Visitor<'de> for Stated<T> {
+impl<'de, T: FormulaOr> Visitor<'de> for StatedFormula<T> {
     type Value = T;
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(T::EXPECTING)
@@ -46,7 +46,7 @@ impl<'de, T: FormulaOr> Visitor<'de> for Stated<T> {
 pub(super) fn deserialize<'de, T: FormulaOr, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    deserializer.deserialize_any(Stated(PhantomData))
+    deserializer.deserialize_any(StatedFormula(PhantomData))
 }
 
 /// The schema of a table, or of an expression beside it.

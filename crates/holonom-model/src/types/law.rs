@@ -15,13 +15,13 @@ impl<'de> Deserialize<'de> for Formula {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(untagged, expecting = "a law is a text, such as \"-200*x\", or a number")]
-        enum Stated {
+        enum StatedLaw {
             Number(f64),
             Text(String),
         }
-        Ok(Self(match Stated::deserialize(deserializer)? {
-            Stated::Number(number) => return Ok(Self::of_number(number)),
-            Stated::Text(text) => text,
+        Ok(Self(match StatedLaw::deserialize(deserializer)? {
+            StatedLaw::Number(number) => return Ok(Self::of_number(number)),
+            StatedLaw::Text(text) => text,
         }))
     }
 }

@@ -8,7 +8,7 @@ use vi_rigid::time_history::{TimeFunction, TimeHistory};
 use super::formula_or_table::{self, FormulaOr};
 use super::frame::Frame;
 use super::law::Formula;
-use crate::expression::Program;
+use crate::expression::ExpressionProgram;
 use crate::formula::Curves;
 
 /// Intervals at whose ends an expression is evaluated for its size.
@@ -113,7 +113,7 @@ impl Serialize for History {
 impl History {
     /// Its expression, compiled.
     #[must_use]
-    pub fn program(&self, curves: &Curves<'_>) -> Option<Program> {
+    pub fn program(&self, curves: &Curves<'_>) -> Option<ExpressionProgram> {
         match self {
             Self::Expression(formula) => curves.of_time(formula),
             _ => None,

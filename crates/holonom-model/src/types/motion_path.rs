@@ -13,9 +13,9 @@ use std::f64::consts::TAU;
 
 use super::formula_or_table::{self, FormulaOr};
 use super::law::Formula;
-use crate::expression::Program;
+use crate::expression::ExpressionProgram;
 use crate::formula::Curves;
-use crate::hermite::{Ends, Hermite};
+use crate::hermite::{Hermite, SplineEnds};
 use crate::smooth_step::smooth_step;
 use vi_core::Number;
 
@@ -122,7 +122,7 @@ impl Serialize for MotionPath {
 impl MotionPath {
     /// Its expression, compiled.
     #[must_use]
-    pub fn program(&self, curves: &Curves<'_>) -> Option<Program> {
+    pub fn program(&self, curves: &Curves<'_>) -> Option<ExpressionProgram> {
         self.expression.as_ref().and_then(|formula| curves.of_time(formula))
     }
 
@@ -212,7 +212,7 @@ impl PathTable {
             points.push([number(&format!("times.{k}"), *t), number(&format!("values.{k}"), *x)]);
         }
         let rates = [0, 1].map(|k| number(&format!("rates.{k}"), self.rates[k]));
-        Hermite::spline(points.into_iter(), Ends::Clamped(rates))
+        Hermite::spline(points.into_iter(), SplineEnds::Clamped(rates))
     }
 }
 

@@ -41,7 +41,7 @@ impl Euler {
     }
 
     /// The same with other angles, in the unit in which they are stated.
-    pub(crate) fn rotation_by<T: Turning>(&self, angles: &[T]) -> Matrix3<T> {
+    pub(crate) fn rotation_by<T: TurningNumber>(&self, angles: &[T]) -> Matrix3<T> {
         let about_axis = |axis: usize, angle: T| match &self.degrees {
             Some(_) => about(axis, angle.sine_cosine_of_degrees()),
             None => {
@@ -91,14 +91,14 @@ impl Euler {
 }
 
 /// A number by which things turn.
-pub(crate) trait Turning: Number {
+pub(crate) trait TurningNumber: Number {
     /// `exp(θ̂)`.
     fn turned(vector: &Vector3<Self>) -> Matrix3<Self>;
     /// Sine and cosine of an angle in degrees; exact for multiples of 90.
     fn sine_cosine_of_degrees(self) -> [Self; 2];
 }
 
-impl Turning for f64 {
+impl TurningNumber for f64 {
     fn turned(vector: &Vector3<f64>) -> Matrix3<f64> {
         rotation::exp(vector)
     }
@@ -108,7 +108,7 @@ impl Turning for f64 {
     }
 }
 
-impl Turning for Dual64 {
+impl TurningNumber for Dual64 {
     /// The rate of `exp(θ̂)` is `(T(θ) θ̇)^ exp(θ̂)`.
     fn turned(vector: &Vector3<Dual64>) -> Matrix3<Dual64> {
         let value = vector.map(|x| x.re);

@@ -7,7 +7,7 @@ use vi_beam::profile::{Material as Solid, Profile, Walls};
 use vi_core::Number;
 
 /// The number at a key path, from its value: itself, or with its derivative.
-pub(crate) type Numbers<'a, T> = &'a dyn Fn(&str, f64) -> T;
+pub(crate) type NumberAtKey<'a, T> = &'a dyn Fn(&str, f64) -> T;
 
 /// Kind of a cross-section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -75,7 +75,7 @@ impl Outline {
 
     /// From its numbers by their keys below that of the section. Premise: as many dimensions as the
     /// kind has.
-    pub(crate) fn profile<T: Number>(&self, number: Numbers<'_, T>) -> Profile<T> {
+    pub(crate) fn profile<T: Number>(&self, number: NumberAtKey<'_, T>) -> Profile<T> {
         let at = |i: usize| {
             let own = self.dimensions.get(i).copied().unwrap_or_default();
             number(&format!("shape.dimensions.{i}"), own)
@@ -106,7 +106,7 @@ impl Outline {
 
 impl Material {
     /// From its numbers by their keys below that of the section.
-    pub(crate) fn solid<T: Number>(&self, number: Numbers<'_, T>) -> Result<Solid<T>, Problem> {
+    pub(crate) fn solid<T: Number>(&self, number: NumberAtKey<'_, T>) -> Result<Solid<T>, Problem> {
         let positive =
             [("E", Some(self.young)), ("G", self.shear), ("density", Some(self.density))];
         for (key, value) in positive {

@@ -5,7 +5,7 @@
 
 use crate::text::problem::{Problem, fault};
 use crate::types::damping::{Damping, matrix, matrix_by};
-use crate::types::outline::{Material, Numbers, Outline, OutlineKind};
+use crate::types::outline::{Material, NumberAtKey, Outline, OutlineKind};
 use nalgebra::Matrix4;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -105,7 +105,7 @@ struct Resolved<T> {
 }
 
 /// Two numbers.
-fn pair<T: Number>(key: &str, own: Option<[f64; 2]>, number: Numbers<'_, T>) -> Option<[T; 2]> {
+fn pair<T: Number>(key: &str, own: Option<[f64; 2]>, number: NumberAtKey<'_, T>) -> Option<[T; 2]> {
     own.map(|own| [0, 1].map(|i| number(&format!("{key}.{i}"), own[i])))
 }
 
@@ -147,7 +147,7 @@ impl Section {
     /// What shape and material give for the ten numbers, and the shear centre.
     fn computed<T: Number>(
         &self,
-        number: Numbers<'_, T>,
+        number: NumberAtKey<'_, T>,
     ) -> Result<([Option<T>; 10], [T; 2]), Problem> {
         if let Some(fault) = self.shape.as_ref().and_then(Outline::fault) {
             return Err(fault);
@@ -184,7 +184,7 @@ impl Section {
         Ok(own)
     }
 
-    fn resolved_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<Resolved<T>, Problem> {
+    fn resolved_by<T: Number>(&self, number: NumberAtKey<'_, T>) -> Result<Resolved<T>, Problem> {
         if let Some(problem) = self.stated_twice() {
             return Err(problem);
         }
@@ -248,7 +248,10 @@ impl Section {
     ///
     /// # Errors
     /// As of [`Section::numbers`].
-    pub fn numbers_by<T: Number>(&self, number: Numbers<'_, T>) -> Result<Section6<T>, Problem> {
+    pub fn numbers_by<T: Number>(
+        &self,
+        number: NumberAtKey<'_, T>,
+    ) -> Result<Section6<T>, Problem> {
         let resolved = self.resolved_by(number)?;
         for ((key, _), value) in self.stated().into_iter().zip(resolved.ten) {
             if let Some(value) = value.map(Number::real).filter(|value| *value <= 0.0) {
@@ -294,7 +297,7 @@ impl Section {
     fn own_mass<T: Number>(
         &self,
         resolved: &Resolved<T>,
-        number: Numbers<'_, T>,
+        number: NumberAtKey<'_, T>,
     ) -> Result<Matrix4<T>, Problem> {
         let refuse =
             |key: &str, error: SectionError, help: &str| fault(key, error.to_string(), help);
@@ -320,7 +323,7 @@ impl Section {
         &self,
         own: Section6<T>,
         resolved: &Resolved<T>,
-        number: Numbers<'_, T>,
+        number: NumberAtKey<'_, T>,
     ) -> Section6<T> {
         let mut numbers = own;
         let moves = |own: &[T]| own.iter().any(|x| !x.vanishes());

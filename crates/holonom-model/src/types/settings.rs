@@ -4,7 +4,7 @@ use super::joint_contact::{ContactMethod, Impact};
 use crate::Columns;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use vi_constraints::{Method, SchemeKind};
+use vi_constraints::{OrderMethod, SchemeKind};
 use vi_core::galerkin::Stages;
 use vi_emscheme::EmForm;
 
@@ -414,10 +414,10 @@ impl Settings {
 
     /// How the order is reached. Premise: as in a valid model.
     #[must_use]
-    pub fn method(&self) -> Method {
+    pub fn method(&self) -> OrderMethod {
         match (self.method, Stages::of_order(self.order)) {
-            (HighOrder::Galerkin, Some(stages)) if self.order > 2 => Method::Galerkin(stages),
-            _ => Method::Composition(self.composition()),
+            (HighOrder::Galerkin, Some(stages)) if self.order > 2 => OrderMethod::Galerkin(stages),
+            _ => OrderMethod::Composition(self.composition()),
         }
     }
 

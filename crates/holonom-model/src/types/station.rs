@@ -11,7 +11,7 @@ use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Value;
-use vi_beam::mesh::Mesh;
+use vi_beam::mesh::BeamMesh;
 use vi_beam::section::Section as Numbers;
 use vi_beam::varying::{SectionPoint, quadrature};
 use vi_core::Number;
@@ -64,7 +64,7 @@ impl Station {
 pub(crate) type NumbersAlong<'a, T> = &'a dyn Fn((usize, f64), &str, f64) -> T;
 
 /// Sections along a beam.
-pub(crate) struct Along<T = f64> {
+pub(crate) struct SectionsAlong<T = f64> {
     places: Vec<T>,
     twists: Vec<T>,
     sections: Vec<Value>,
@@ -82,11 +82,12 @@ fn number_at(value: &Value, path: &str) -> Option<f64> {
     path.split('.').try_fold(value.clone(), |value, part| step(&value, part))?.as_float()
 }
 
-impl<T: Number> Along<T> {
+impl<T: Number> SectionsAlong<T> {
     /// Of stations that rise from 0 to the length of the beam, and the section where they state
     /// none; `number`: of those at key paths below that of the beam.
     pub(crate) fn new(
-        (rows, number): (&[Station], &dyn Fn(&str, f64) -> T),
+        rows: &[Station],
+        number: &dyn Fn(&str, f64) -> T,
         base: &Section,
         length: f64,
     ) -> Result<Self, Problem> {
@@ -213,7 +214,7 @@ impl<T: Number> Along<T> {
     }
 
     /// Turns the triads of a mesh that begins at an arc length.
-    pub(crate) fn turn(&self, mesh: &mut Mesh<T>, start: T) {
+    pub(crate) fn turn(&self, mesh: &mut BeamMesh<T>, start: T) {
         if self.twists.iter().all(|twist| twist.vanishes()) {
             return;
         }

@@ -3,7 +3,7 @@
 
 use super::defects::FuzzDefect;
 use super::tally::{FaultyInput, FuzzTally};
-use super::targets::{Answer, Target};
+use super::targets::{Answer, FuzzTarget};
 use crate::guard::guarded;
 use crate::shape::shape;
 use crate::soak::draw::Draw;
@@ -35,9 +35,9 @@ pub struct Lane {
 
 /// Ends the program when one execution does not end, and says which.
 #[derive(Debug)]
-pub struct Watch(Sender<Option<Vec<u8>>>);
+pub struct LaneWatch(Sender<Option<Vec<u8>>>);
 
-impl Watch {
+impl LaneWatch {
     /// For one thread; `folder`: where an input that hangs is written.
     #[must_use]
     pub fn new(target: &'static str, folder: &Path) -> Self {
@@ -82,7 +82,12 @@ impl Lane {
 
     /// Executes.
     #[must_use]
-    pub fn run(self, target: &dyn Target, watch: &Watch, defect: Option<FuzzDefect>) -> FuzzTally {
+    pub fn run(
+        self,
+        target: &dyn FuzzTarget,
+        watch: &LaneWatch,
+        defect: Option<FuzzDefect>,
+    ) -> FuzzTally {
         let mut draw = Draw::new(self.seed, self.number.wrapping_mul(0x5851_f42d_4c95_7f2d));
         let mut inputs = target.seeds();
         let (seeds, mut kept) = (inputs.len(), 0_usize);

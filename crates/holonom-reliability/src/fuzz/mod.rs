@@ -21,14 +21,14 @@ pub mod structure;
 pub mod tally;
 pub mod targets;
 
-use crate::part::{Part, number};
-use lane::{Lane, Watch};
+use crate::part::{PartOfSeed, number};
+use lane::{Lane, LaneWatch};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tally::FuzzTally;
-use targets::Target;
+use targets::FuzzTarget;
 
 /// What is run.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub struct FuzzRequest {
     /// Executions of each target; by default as many as it deserves.
     pub executions: Option<u64>,
     /// Which part of the executions: of every target some lanes.
-    pub part: Part,
+    pub part: PartOfSeed,
     /// Names of the targets; all by default.
     pub targets: Vec<String>,
     /// Where inputs with faults are written.
@@ -51,7 +51,7 @@ impl FuzzRequest {
     pub fn parse(options: &[&str]) -> Result<Self, String> {
         let mut request = Self {
             executions: None,
-            part: Part::default(),
+            part: PartOfSeed::default(),
             targets: Vec::new(),
             output: PathBuf::from("target/fuzz"),
         };
@@ -74,14 +74,14 @@ impl FuzzRequest {
 
 /// Executes a target in lanes, several at a time. The result depends on the seed and the number of
 /// executions alone, but for times.
-pub fn fuzz(target: &dyn Target, executions: u64, request: &FuzzRequest) -> FuzzTally {
+pub fn fuzz(target: &dyn FuzzTarget, executions: u64, request: &FuzzRequest) -> FuzzTally {
     let mut lanes = Lane::all(request.part.seed, executions);
     lanes.retain(|lane| request.part.shard.has(lane.number as usize));
     let (next, total) = (AtomicUsize::new(0), Mutex::new(FuzzTally::default()));
     let work = || {
         let mut own = FuzzTally::default();
         while let Some(lane) = lanes.get(next.fetch_add(1, Ordering::Relaxed)) {
-            own.add(lane.run(target, &Watch::new(target.name(), &request.output), None));
+            own.add(lane.run(target, &LaneWatch::new(target.name(), &request.output), None));
         }
         if let Ok(mut total) = total.lock() {
             total.add(own);

@@ -21,7 +21,7 @@ mod trial_kind;
 
 pub use trial_kind::TrialKind;
 
-use crate::part::{Part, number};
+use crate::part::{PartOfSeed, number};
 use crate::program;
 use defects::InterruptDefect;
 use experiment::{TrialOutcome, experiment, references};
@@ -35,7 +35,7 @@ pub struct InterruptRequest {
     /// Experiments.
     pub count: u64,
     /// Which part of them.
-    pub part: Part,
+    pub part: PartOfSeed,
 }
 
 impl InterruptRequest {
@@ -44,7 +44,7 @@ impl InterruptRequest {
     /// # Errors
     /// What cannot be understood, in words.
     pub fn parse(options: &[&str]) -> Result<Self, String> {
-        let mut request = Self { count: 3500, part: Part::default() };
+        let mut request = Self { count: 3500, part: PartOfSeed::default() };
         let mut rest = options.iter();
         while let Some(option) = rest.next() {
             let value = rest.next().ok_or_else(|| format!("`{option}` needs a value"))?;

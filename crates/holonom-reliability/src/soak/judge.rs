@@ -63,7 +63,7 @@ pub enum Ending {
 
 /// What was found of a mechanism.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Judged {
+pub struct JudgedMechanism {
     /// How it ended.
     pub ending: Ending,
     /// The numbers found.
@@ -74,15 +74,15 @@ pub struct Judged {
 
 /// Judges a model; `defect`: what is made wrong on purpose.
 #[must_use]
-pub fn judge(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
-    guarded(|| run(model, checks, defect)).unwrap_or_else(|said| Judged {
+pub fn judge(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> JudgedMechanism {
+    guarded(|| run(model, checks, defect)).unwrap_or_else(|said| JudgedMechanism {
         ending: Ending::Done,
         measured: InvariantErrors::default(),
         fault: Some(Violation::new(FaultKind::Panic, said)),
     })
 }
 
-fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
+fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> JudgedMechanism {
     let text = model.to_toml();
     let mut measured = InvariantErrors::default();
     let (model, mut simulation) = match assembled(&text, model.meshes.clone()) {
@@ -90,7 +90,11 @@ fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
         Err(mut error) => {
             SoakDefect::refuse(defect, &mut error);
             let fault = fault::refusal(&error, &text).err();
-            return Judged { ending: Ending::Refused(shape(&error.to_string())), measured, fault };
+            return JudgedMechanism {
+                ending: Ending::Refused(shape(&error.to_string())),
+                measured,
+                fault,
+            };
         }
     };
     let mut found = trace(&mut simulation);
@@ -130,7 +134,7 @@ fn run(model: &Model, checks: Checks, defect: Option<SoakDefect>) -> Judged {
             true => restated::restated(&model, &mut measured, defect),
             false => Ok(()),
         });
-    Judged { ending, measured, fault: fault.err() }
+    JudgedMechanism { ending, measured, fault: fault.err() }
 }
 
 /// How a model of any kind ends: with finite numbers, or with words and a remedy. Statics, too.

@@ -28,7 +28,7 @@ pub mod trace;
 
 pub use invariants::{InvariantErrors, bounds};
 
-use crate::part::{Part, number};
+use crate::part::{PartOfSeed, number};
 use crate::text_file;
 use defects::SoakDefect;
 use generate::{mechanism, touching};
@@ -46,7 +46,7 @@ pub struct SoakRequest {
     /// Mechanisms.
     pub count: u64,
     /// Which part of them.
-    pub part: Part,
+    pub part: PartOfSeed,
     /// Where models with faults are written.
     pub output: PathBuf,
     /// Whether all are also turned, moved, reordered and stated in other units, not one of 32.
@@ -65,7 +65,7 @@ impl SoakRequest {
     pub fn parse(options: &[&str]) -> Result<Self, String> {
         let mut request = Self {
             count: 1_000_000,
-            part: Part::default(),
+            part: PartOfSeed::default(),
             output: PathBuf::from("target/soak"),
             restated: false,
             touching: false,
@@ -184,7 +184,7 @@ pub fn run(options: &[&str]) -> Result<bool, String> {
     }
     for (words, reason) in failed.iter().filter(|_| request.failures) {
         let smallest = minimise_failure(&request.mechanism(reason.first), words);
-        print(reason.first, &store(&request, "failed", reason.first, (words, &smallest))?);
+        print(reason.first, &store(&request, "failed", reason.first, words, &smallest)?);
     }
     Ok(faults.is_empty())
 }
@@ -211,7 +211,7 @@ fn reduced(request: &SoakRequest, case: &FaultyMechanism) -> Result<PathBuf, Str
     let FaultyMechanism { index, fault } = case;
     let model = request.mechanism(*index);
     let smallest = minimise(&model, request.checks(*index), None, fault);
-    store(request, &format!("{:?}", fault.kind), *index, (&fault.words, &smallest))
+    store(request, &format!("{:?}", fault.kind), *index, &fault.words, &smallest)
 }
 
 /// Writes a model with the words about it.
@@ -219,7 +219,8 @@ fn store(
     request: &SoakRequest,
     kind: &str,
     index: u64,
-    (words, model): (&str, &Model),
+    words: &str,
+    model: &Model,
 ) -> Result<PathBuf, String> {
     let name = format!("{kind}-{}-{index}.toml", request.part.seed).to_lowercase();
     let path = request.output.join(name);

@@ -376,14 +376,14 @@ fn points_of(beam: &mut Beam, visit: &mut dyn FnMut(&mut [f64; 3])) {
 
 /// A rigid displacement of the whole space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Displacement {
+pub struct RestatedDisplacement {
     /// Turn about the origin.
     pub rotation: Matrix3<f64>,
     /// Then a shift, m.
     pub shift: Vector3<f64>,
 }
 
-impl Displacement {
+impl RestatedDisplacement {
     fn point(&self, x: &mut [f64; 3]) {
         *x = (self.shift + self.rotation * Vector3::from(*x)).into();
     }
@@ -437,7 +437,7 @@ impl Displacement {
 
 /// The model in space displaced as a whole; one in the plane stays as it is.
 #[must_use]
-pub fn displaced(model: &Model, by: &Displacement) -> Model {
+pub fn displaced(model: &Model, by: &RestatedDisplacement) -> Model {
     let mut new = model.clone();
     if model.header.dimension == 2 {
         return new;

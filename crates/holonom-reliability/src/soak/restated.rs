@@ -19,7 +19,7 @@ use super::statement::Statement;
 use super::trace::{Trace, trace};
 use holonom::model::{Constraint, Joint, JointKind, ReactionFrame, Scheme, Sensor, SensorKind};
 use holonom::nalgebra::Vector3;
-use holonom::sensor::{Column, columns};
+use holonom::sensor::{SensorColumn, columns};
 use holonom::vi_multibody::joint::complete_axis;
 use holonom::{MemberKind, Model, Sample, Simulation};
 
@@ -72,17 +72,17 @@ fn has_frame_in_space(joint: &Joint) -> bool {
 }
 
 /// Numbers of a node of one kind: places, or a unit.
-type Numbers = Vec<(&'static str, f64)>;
+type NodeNumbers = Vec<(&'static str, f64)>;
 
 /// What is compared at a node: places of all members and numbers of sensors, as the model states
 /// them.
-struct NodeReader {
+struct RestatedReader {
     members: Vec<(String, MemberKind)>,
     columns: Vec<(&'static str, bool)>, // unit; whether it begins a vector in space
     statement: Option<Statement>,
 }
 
-impl NodeReader {
+impl RestatedReader {
     fn new(simulation: &Simulation, model: &Model, statement: Option<Statement>) -> Self {
         let members = simulation.members().iter().map(|m| (m.name.clone(), m.kind)).collect();
         let columns = columns(model);
@@ -98,13 +98,13 @@ impl NodeReader {
             })
         };
         let begins = |part: &str| ["fx", "mx", "x"].contains(&part);
-        let column = |c: &Column| (c.unit, begins(&c.part) && spatial(&c.sensor));
+        let column = |c: &SensorColumn| (c.unit, begins(&c.part) && spatial(&c.sensor));
         Self { members, columns: columns.iter().map(column).collect(), statement }
     }
 
     /// The numbers of a node, by name of the member and in the order of the sensors, restated as
     /// those of the first model.
-    fn read(&self, sample: &Sample) -> Numbers {
+    fn read(&self, sample: &Sample) -> NodeNumbers {
         let back = |vector: [f64; 3], is_place: bool| -> [f64; 3] {
             if vector.iter().any(|x| x.is_nan()) {
                 return [f64::NAN; 3];
@@ -121,7 +121,7 @@ impl NodeReader {
             Some(Statement::Units(units)) => 1.0 / units.of_unit(unit),
             _ => 1.0,
         };
-        let mut places: Vec<(&String, Numbers)> = Vec::new();
+        let mut places: Vec<(&String, NodeNumbers)> = Vec::new();
         let mut at = 0;
         for (name, kind) in &self.members {
             let (coordinates, dimension) = match kind {
@@ -136,7 +136,7 @@ impl NodeReader {
             at += coordinates;
         }
         places.sort_by_key(|(name, _)| *name);
-        let mut numbers: Numbers = places.into_iter().flat_map(|(_, place)| place).collect();
+        let mut numbers: NodeNumbers = places.into_iter().flat_map(|(_, place)| place).collect();
         let mut k = 0;
         while k < self.columns.len() {
             let (unit, begins) = self.columns[k];
@@ -159,9 +159,9 @@ fn numbers(
     model: &Model,
     statement: Option<Statement>,
     defect: Option<SoakDefect>,
-) -> Result<Option<Vec<Numbers>>, String> {
+) -> Result<Option<Vec<NodeNumbers>>, String> {
     let mut simulation = Simulation::new(model).map_err(|error| error.to_string())?;
-    let reader = NodeReader::new(&simulation, model, statement);
+    let reader = RestatedReader::new(&simulation, model, statement);
     let mut found = trace(&mut simulation);
     if let Some(statement) = statement {
         SoakDefect::restate(defect, statement, &mut found);
@@ -174,7 +174,11 @@ fn numbers(
 
 /// The largest difference of two runs, of each kind relative to the largest number of that kind and
 /// no less than `floor`, in words.
-fn distance(one: &[Numbers], other: &[Numbers], floor: &dyn Fn(&str) -> f64) -> (f64, String) {
+fn distance(
+    one: &[NodeNumbers],
+    other: &[NodeNumbers],
+    floor: &dyn Fn(&str) -> f64,
+) -> (f64, String) {
     let mut worst = (0.0_f64, String::new());
     let mut sizes = std::collections::BTreeMap::<&str, f64>::new();
     for (unit, x) in one.iter().flatten().filter(|(_, x)| x.is_finite()) {

@@ -1,6 +1,6 @@
 //! How a mechanism is stated otherwise.
 
-use super::restate::{Displacement, Units, displaced, in_units, reordered};
+use super::restate::{RestatedDisplacement, Units, displaced, in_units, reordered};
 use holonom::Model;
 use holonom::nalgebra::{Matrix3, Vector3};
 
@@ -8,7 +8,7 @@ use holonom::nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Statement {
     /// Turned and moved as a whole.
-    Displaced(Displacement),
+    Displaced(RestatedDisplacement),
     /// With its parts in the opposite order.
     Reordered,
     /// In other units.
@@ -26,8 +26,8 @@ impl Statement {
             Self::Units(Units { length, mass, time })
         };
         [
-            Self::Displaced(Displacement { rotation, shift: Vector3::zeros() }),
-            Self::Displaced(Displacement {
+            Self::Displaced(RestatedDisplacement { rotation, shift: Vector3::zeros() }),
+            Self::Displaced(RestatedDisplacement {
                 rotation: Matrix3::identity(),
                 shift: Vector3::new(1.5, -2.0, 0.75),
             }),

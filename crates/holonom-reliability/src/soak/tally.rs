@@ -2,7 +2,7 @@
 //! of the parts.
 
 use super::fault::Violation;
-use super::judge::{Ending, Judged};
+use super::judge::{Ending, JudgedMechanism};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -85,8 +85,8 @@ pub struct SoakTally {
 
 impl SoakTally {
     /// Adds a mechanism.
-    pub fn take(&mut self, index: u64, judged: Judged) {
-        let Judged { ending, measured, fault } = judged;
+    pub fn take(&mut self, index: u64, judged: JudgedMechanism) {
+        let JudgedMechanism { ending, measured, fault } = judged;
         self.mechanisms += 1;
         let one = |reason: String| BTreeMap::from([(reason, Reason { count: 1, first: index })]);
         match ending {

@@ -1,6 +1,6 @@
 //! A run in memory.
 
-use holonom::experiment::Experiment;
+use holonom::experiment::RunnableModel;
 use holonom::model::Meshes;
 use holonom::simulation::RunOutcome;
 use holonom::{Model, ModelError, RunFailure, Sample, Simulation};

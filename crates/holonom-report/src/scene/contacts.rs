@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use holonom_sim::contacts::ContactState;
+use holonom_sim::contacts::ContactPhase;
 use holonom_sim::output::ContactRow;
 use serde::Serialize;
 
@@ -30,9 +30,9 @@ impl SceneContacts {
         for time in times {
             for row in at.get(&time.to_bits()).into_iter().flatten() {
                 let state = match row.state {
-                    ContactState::Stick => 0.0,
-                    ContactState::Slip => 1.0,
-                    ContactState::Impact => 2.0,
+                    ContactPhase::Stick => 0.0,
+                    ContactPhase::Slip => 1.0,
+                    ContactPhase::Impact => 2.0,
                 };
                 values.extend(row.point().into_iter().chain(row.force()).chain([state]));
             }

@@ -29,7 +29,7 @@ use parts::{SceneBeam, SceneBody, SceneJoint, SceneLine, SceneLoad, SceneParts, 
 use reactions::{AxialForce, JointReaction, SensorReadings};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use surfaces::{Surface, Surfaces};
+use surfaces::{SceneSurface, Surfaces};
 use vi_multibody::pair::symbol::SymbolPart;
 
 /// Coordinates that are shown at most; a usual page then stays under 3 MB.
@@ -100,9 +100,9 @@ pub struct Scene {
     /// Motions of the same members; more than one are drawn over one another.
     motions: Vec<SceneMotion>,
     modes: Vec<SceneMode>,
-    members: Vec<Member>,
+    members: Vec<SceneMember>,
     bodies: Vec<SceneBody>,
-    meshes: Vec<Surface>,
+    meshes: Vec<SceneSurface>,
     beams: Vec<SceneBeam>,
     /// Members that are point masses.
     points: Vec<usize>,
@@ -150,7 +150,7 @@ impl SceneMotion {
 }
 
 #[derive(Debug, Serialize)]
-struct Member {
+struct SceneMember {
     name: String,
     frame: bool,
 }
@@ -177,7 +177,7 @@ impl Scene {
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
         sensors: Option<&TimeSeries>,
     ) -> Option<Self> {
-        Self::with_events(model, frames, moments, (sensors, &[], &[]))
+        Self::with_events(model, frames, moments, sensors, &[], &[])
     }
 
     /// The same of a run with events and contacts: what events released is no longer drawn.
@@ -186,10 +186,12 @@ impl Scene {
         model: &Model,
         frames: &Frames,
         moments: &BTreeMap<String, Vec<Vec<f64>>>,
-        (sensors, events, contacts): (Option<&TimeSeries>, &[EventRecord], &[ContactRow]),
+        sensors: Option<&TimeSeries>,
+        events: &[EventRecord],
+        contacts: &[ContactRow],
     ) -> Option<Self> {
         let parts = SceneParts::new(model, frames)?.releasing(events);
-        let member = |member: &holonom_sim::sample::Member| Member {
+        let member = |member: &holonom_sim::sample::Member| SceneMember {
             name: member.name.clone(),
             frame: member.kind == MemberKind::Frame,
         };

@@ -18,7 +18,7 @@ const ATTEMPTS: usize = 8;
 
 /// A mesh along the axes of a body from its centre.
 #[derive(Debug, Serialize)]
-pub(super) struct Surface {
+pub(super) struct SceneSurface {
     /// Coordinates of corners, single precision.
     corners: String,
     /// Indices of corners, 32 bits.
@@ -28,7 +28,7 @@ pub(super) struct Surface {
 /// Meshes of a scene.
 #[derive(Debug, Default)]
 pub(super) struct Surfaces {
-    pub(super) list: Vec<Surface>,
+    pub(super) list: Vec<SceneSurface>,
     /// What is said of those that are simplified.
     pub(super) note: Option<String>,
 }
@@ -51,7 +51,7 @@ impl Surfaces {
         for (surface, most) in surfaces.iter().zip(shares(&counts, TRIANGLES)) {
             let surface = simplified(surface, most);
             drawn += surface.triangles.len();
-            list.push(Surface::of(&surface));
+            list.push(SceneSurface::of(&surface));
         }
         Self { list, note: note(drawn, counts.iter().sum(), missing) }
     }
@@ -71,7 +71,7 @@ fn note(drawn: usize, of: usize, missing: usize) -> Option<String> {
     (!note.is_empty()).then_some(note)
 }
 
-impl Surface {
+impl SceneSurface {
     fn of(surface: &BodySurface) -> Self {
         let indices = surface.triangles.iter().flatten().flat_map(|k| k.to_le_bytes());
         Self {

@@ -8,7 +8,7 @@ use super::nodes::names_of;
 
 /// A column of a file of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct FileColumn {
     /// Its file without extension; empty for the time.
     pub file: &'static str,
     /// Its name there; of a beam `BEAM.k.N1` with the k-th row of the beam at a node, counted
@@ -22,7 +22,7 @@ pub struct Column {
     pub logarithmic: bool,
 }
 
-impl Column {
+impl FileColumn {
     pub(super) fn time(quantity: &str, unit: &'static str) -> Self {
         let [name, quantity] = [TIME.name, quantity].map(str::to_owned);
         Self { file: "", name, quantity, unit, logarithmic: false }
@@ -44,7 +44,7 @@ impl Column {
 ///
 /// # Errors
 /// [`OutputError::Io`].
-pub fn columns(folder: &RunFolder) -> Result<Vec<Column>, OutputError> {
+pub fn columns(folder: &RunFolder) -> Result<Vec<FileColumn>, OutputError> {
     let model = folder.model().ok();
     let sensors = model.as_ref().map(sensor::columns).unwrap_or_default();
     let mut all = Vec::new();
@@ -58,7 +58,7 @@ pub fn columns(folder: &RunFolder) -> Result<Vec<Column>, OutputError> {
             };
             let logarithmic = own.kind == FieldKind::Residual;
             let (file, quantity) = (table.name(), quantity.to_owned());
-            all.push(Column { file, name, quantity, unit, logarithmic });
+            all.push(FileColumn { file, name, quantity, unit, logarithmic });
         }
     }
     Ok(all)

@@ -15,13 +15,13 @@ use std::collections::BTreeSet;
 
 use holonom_sim::output::{OutputError, RunFolder};
 
-use super::chart::{Chart, ChartAxis, Series, Strokes};
+use super::chart::{ChartAxis, LineChart, Series, Strokes};
 use super::drawing::Drawing;
 use super::panels::panels;
 use super::series::subsample;
 use super::style::{CURVES, Style};
-pub use columns::{Column, columns};
-pub use names::{Group, NameError, groups};
+pub use columns::{FileColumn, columns};
+pub use names::{NameError, WordGroup, groups};
 pub(crate) use scales::Scales;
 pub use table::table;
 use values::ColumnSamples;
@@ -66,7 +66,7 @@ pub enum SelectionError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selected {
     /// One for each unit.
-    pub charts: Vec<Chart>,
+    pub charts: Vec<LineChart>,
     /// What is not drawn.
     pub notes: Vec<String>,
 }
@@ -147,8 +147,8 @@ pub fn selected(runs: &[NamedRun], request: &ChartRequest) -> Result<Selected, S
 /// The curve of a column of a run.
 struct ColumnCurve {
     run: String,
-    x: Column,
-    y: Column,
+    x: FileColumn,
+    y: FileColumn,
     change: bool,
     is_named: bool,
     points: Vec<(f64, f64)>,
@@ -162,7 +162,7 @@ impl ColumnCurve {
 
     /// Curves with the same key share a chart.
     fn key(&self) -> (String, String) {
-        let kind = |column: &Column| match column.unit {
+        let kind = |column: &FileColumn| match column.unit {
             "" => column.quantity.clone(),
             unit => format!("{unit} {}", column.logarithmic),
         };
@@ -189,8 +189,8 @@ impl ChartedRun<'_> {
         let values = ColumnSamples::read(self.folder, &all, &wanted)?;
         scales.merge(&values.scales);
         let time = match self.statics {
-            true => Column::time("load factor", ""),
-            false => Column::time("time", "s"),
+            true => FileColumn::time("load factor", ""),
+            false => FileColumn::time("time", "s"),
         };
         let trace = |pair: names::ColumnPair| {
             let (y, t) = (values.of(pair.y), values.t.as_slice());
@@ -205,7 +205,7 @@ impl ChartedRun<'_> {
             };
             let x = pair.x.map_or_else(|| time.clone(), |x| all[x].clone());
             let logarithmic = all[pair.y].logarithmic && !pair.change;
-            let y = Column { logarithmic, ..all[pair.y].clone() };
+            let y = FileColumn { logarithmic, ..all[pair.y].clone() };
             let names::ColumnPair { change, is_named, .. } = pair;
             ColumnCurve { run: self.name.to_owned(), x, y, change, is_named, points }
         };
@@ -220,11 +220,11 @@ fn chart(
     several: bool,
     marked: bool,
     scales: &Scales,
-) -> Chart {
+) -> LineChart {
     let y = &own[0].y;
     let columns: BTreeSet<&str> = own.iter().map(|trace| trace.y.name.as_str()).collect();
     let one = columns.len() == 1;
-    let label = |of: fn(&ColumnCurve) -> &Column, alone: bool| {
+    let label = |of: fn(&ColumnCurve) -> &FileColumn, alone: bool| {
         let mut words: Vec<&str> = Vec::new();
         for column in own.iter().map(|trace| of(trace)) {
             let word = if alone { &column.name } else { &column.quantity };
@@ -246,7 +246,7 @@ fn chart(
         (false, _) => trace.y.name.clone(),
     };
     let curve = |trace: &&ColumnCurve| Series { name: name(trace), points: trace.points.clone() };
-    let chart = Chart {
+    let chart = LineChart {
         title,
         x: ChartAxis { logarithmic: x.logarithmic, ..ChartAxis::linear(&across, x.unit) },
         y: ChartAxis { logarithmic: y.logarithmic, ..ChartAxis::linear(&up, y.unit) },
@@ -259,7 +259,7 @@ fn chart(
     match chart.curves.as_slice() {
         [curve] if curve.name.is_empty() => {
             let named = Series { name: columns.into_iter().collect(), ..curve.clone() };
-            let noted = Chart { curves: vec![named.clone()], ..chart.clone() };
+            let noted = LineChart { curves: vec![named.clone()], ..chart.clone() };
             if noted.legend() == [named.name] { chart } else { noted }
         }
         _ => chart,

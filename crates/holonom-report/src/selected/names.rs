@@ -17,61 +17,65 @@ use holonom_sim::output::columns::{
 use holonom_sim::sensor;
 
 use super::ChartRequest;
-use super::columns::Column;
+use super::columns::FileColumn;
 
 /// Names that are offered for one that stands for nothing.
 const OFFERED: usize = 4;
 
 /// A word for several columns.
 #[derive(Clone, Copy, Debug)]
-pub struct Group {
+pub struct WordGroup {
     /// The word.
     pub name: &'static str,
     /// What it stands for.
     pub about: &'static str,
-    holds: fn(&Column) -> bool,
+    holds: fn(&FileColumn) -> bool,
     change: bool,
 }
 
-impl Group {
+impl WordGroup {
     /// Whether it stands for a column, among others.
     #[must_use]
-    pub fn contains(&self, column: &Column) -> bool {
+    pub fn contains(&self, column: &FileColumn) -> bool {
         (self.holds)(column)
     }
 }
 
 /// Whether it is a coordinate of a position.
-fn coordinate(c: &Column) -> bool {
+fn coordinate(c: &FileColumn) -> bool {
     c.file == RowTable::Trajectory.name() && c.unit == columns::COORDINATES[0].unit
 }
 
 /// Whether it is a number of a sensor.
-fn reading(c: &Column) -> bool {
+fn reading(c: &FileColumn) -> bool {
     c.file == RowTable::Sensors.name() && c.part() != sensor::UNIQUE
 }
 
 /// The groups.
 #[must_use]
-pub fn groups() -> &'static [Group] {
-    const fn group(name: &'static str, about: &'static str, holds: fn(&Column) -> bool) -> Group {
-        Group { name, about, holds, change: false }
+pub fn groups() -> &'static [WordGroup] {
+    const fn group(
+        name: &'static str,
+        about: &'static str,
+        holds: fn(&FileColumn) -> bool,
+    ) -> WordGroup {
+        WordGroup { name, about, holds, change: false }
     }
-    fn within(c: &Column, columns: &[columns::Column]) -> bool {
+    fn within(c: &FileColumn, columns: &[columns::OutputColumn]) -> bool {
         columns.iter().any(|column| column.name == c.name)
     }
-    fn motion(c: &Column, columns: &[columns::Column]) -> bool {
+    fn motion(c: &FileColumn, columns: &[columns::OutputColumn]) -> bool {
         c.file == RowTable::Trajectory.name() && within(c, columns)
     }
-    fn energy(c: &Column) -> bool {
+    fn energy(c: &FileColumn) -> bool {
         motion(c, &[DISCRETE_ENERGY, HAMILTONIAN])
     }
-    fn of_energy(c: &Column, quantity: &str) -> bool {
+    fn of_energy(c: &FileColumn, quantity: &str) -> bool {
         c.file == RowTable::Energy.name() && c.quantity == quantity
     }
-    const GROUPS: &[Group] = &[
+    const GROUPS: &[WordGroup] = &[
         group("energy", "E and H", energy),
-        Group { change: true, ..group("energy_error", "changes of E and H", energy) },
+        WordGroup { change: true, ..group("energy_error", "changes of E and H", energy) },
         group("energies", "parts of the energy", |c| {
             of_energy(c, columns::TOTAL.quantity) && !within(c, &[columns::BALANCE])
         }),
@@ -140,7 +144,7 @@ pub(super) struct ColumnPair {
 /// The columns of a request, each once.
 pub(super) fn resolve(
     request: &ChartRequest,
-    all: &[Column],
+    all: &[FileColumn],
 ) -> Result<Vec<ColumnPair>, NameError> {
     let against = match request.against.as_deref() {
         None => None,
@@ -149,7 +153,7 @@ pub(super) fn resolve(
     };
     let mut pairs: Vec<ColumnPair> = Vec::new();
     for item in request.what.split(',').map(str::trim).filter(|item| !item.is_empty()) {
-        let (Found { columns, change }, x) = pair(item, all)?;
+        let (FoundColumns { columns, change }, x) = pair(item, all)?;
         let (change, is_named) = (change || request.change, columns.len() == 1);
         let own = columns.into_iter().map(|y| ColumnPair { y, x: x.or(against), change, is_named });
         for pair in own {
@@ -172,13 +176,13 @@ impl ColumnPair {
 }
 
 /// Columns, and whether their changes are meant.
-struct Found {
+struct FoundColumns {
     columns: Vec<usize>,
     change: bool,
 }
 
 /// An item: names, or names over a column. A name may hold a colon itself.
-fn pair(item: &str, all: &[Column]) -> Result<(Found, Option<usize>), NameError> {
+fn pair(item: &str, all: &[FileColumn]) -> Result<(FoundColumns, Option<usize>), NameError> {
     let whole = several(item, all);
     if whole.is_ok() || !item.contains(':') {
         return Ok((whole?, None));
@@ -195,7 +199,7 @@ fn pair(item: &str, all: &[Column]) -> Result<(Found, Option<usize>), NameError>
 }
 
 /// The one column of a name.
-fn single(name: &str, all: &[Column]) -> Result<usize, NameError> {
+fn single(name: &str, all: &[FileColumn]) -> Result<usize, NameError> {
     let found = several(name, all)?.columns;
     match found.as_slice() {
         [column] => Ok(*column),
@@ -204,15 +208,15 @@ fn single(name: &str, all: &[Column]) -> Result<usize, NameError> {
 }
 
 /// The columns of a name, at least one.
-fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
-    let pick = |holds: &dyn Fn(&Column) -> bool| -> Vec<usize> {
+fn several(name: &str, all: &[FileColumn]) -> Result<FoundColumns, NameError> {
+    let pick = |holds: &dyn Fn(&FileColumn) -> bool| -> Vec<usize> {
         (0..all.len()).filter(|&k| holds(&all[k])).collect()
     };
     if let Some(group) = groups().iter().find(|group| group.name == name) {
         let found = pick(&group.holds);
         return match found.is_empty() {
             true => Err(unknown(name, all)),
-            false => Ok(Found { columns: found, change: group.change }),
+            false => Ok(FoundColumns { columns: found, change: group.change }),
         };
     }
     let exact = pick(&|c| c.name == name);
@@ -220,7 +224,7 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         let columns = exact.iter().map(|&k| all[k].qualified()).collect();
         return Err(NameError::Ambiguous { name: name.to_owned(), columns });
     }
-    let owner = |c: &Column| c.name.rsplit_once('.').is_some_and(|(owner, _)| owner == name);
+    let owner = |c: &FileColumn| c.name.rsplit_once('.').is_some_and(|(owner, _)| owner == name);
     let candidates = [
         exact,
         pick(&|c| c.qualified() == name),
@@ -233,7 +237,7 @@ fn several(name: &str, all: &[Column]) -> Result<Found, NameError> {
         }),
     ];
     match candidates.into_iter().find(|found| !found.is_empty()) {
-        Some(columns) => Ok(Found { columns, change: false }),
+        Some(columns) => Ok(FoundColumns { columns, change: false }),
         None => Err(unknown(name, all)),
     }
 }
@@ -246,8 +250,8 @@ fn matches(pattern: &str, name: &str) -> bool {
     starts.into_iter().any(|k| matches(tail, &rest[k..]))
 }
 
-fn unknown(name: &str, all: &[Column]) -> NameError {
-    let present = |group: &&Group| all.iter().any(group.holds);
+fn unknown(name: &str, all: &[FileColumn]) -> NameError {
+    let present = |group: &&WordGroup| all.iter().any(group.holds);
     let words = groups().iter().filter(present).map(|group| group.name);
     let words: Vec<&str> = words.chain(all.iter().map(|c| c.name.as_str())).collect();
     let mut near: Vec<String> = Vec::new();
@@ -267,12 +271,12 @@ fn unknown(name: &str, all: &[Column]) -> NameError {
 mod tests {
     use super::*;
 
-    fn column(file: &'static str, name: &str, unit: &'static str) -> Column {
+    fn column(file: &'static str, name: &str, unit: &'static str) -> FileColumn {
         let logarithmic = file == "residuals";
-        Column { file, name: name.into(), quantity: String::new(), unit, logarithmic }
+        FileColumn { file, name: name.into(), quantity: String::new(), unit, logarithmic }
     }
 
-    fn all() -> Vec<Column> {
+    fn all() -> Vec<FileColumn> {
         vec![
             column("trajectory", "arm.x", "m"),
             column("trajectory", "arm.z", "m"),

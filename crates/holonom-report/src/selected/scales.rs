@@ -17,7 +17,7 @@ impl Scales {
     pub(crate) fn of_run(
         trajectory: &Trajectory,
         energies: Option<&TimeSeries>,
-        sensors: Option<(&TimeSeries, &[sensor::Column])>,
+        sensors: Option<(&TimeSeries, &[sensor::SensorColumn])>,
     ) -> Self {
         let mut scales = Self::default();
         for (name, values) in trajectory.columns_read() {

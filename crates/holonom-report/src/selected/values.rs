@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use holonom_sim::output::{OutputError, RowTable, RunFolder};
 
-use super::columns::Column;
+use super::columns::FileColumn;
 use super::nodes::{Nodes, failed};
 use super::scales::Scales;
 
@@ -20,7 +20,7 @@ impl ColumnSamples {
     /// times and lengths.
     pub(super) fn read(
         folder: &RunFolder,
-        all: &[Column],
+        all: &[FileColumn],
         wanted: &BTreeSet<usize>,
     ) -> Result<Self, OutputError> {
         let mut values = Self {
@@ -29,7 +29,7 @@ impl ColumnSamples {
             scales: Scales::default(),
         };
         for table in RowTable::ALL {
-            let belongs = |column: &&Column| column.file == table.name();
+            let belongs = |column: &&FileColumn| column.file == table.name();
             let first = all.iter().position(|column| belongs(&column));
             let count = all.iter().filter(belongs).count();
             let Some(own) = first.map(|first| first..first + count) else { continue };

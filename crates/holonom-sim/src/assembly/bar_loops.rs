@@ -14,7 +14,7 @@ use vi_multibody::mechanism::{Bar, BarEnd, Description, Mechanism};
 const MOST: usize = 150;
 
 /// Point masses that bars connect with each other, as numbered in the description, and these bars.
-struct Part {
+struct BarNetwork {
     points: Vec<usize>,
     bars: Vec<usize>,
 }
@@ -25,7 +25,7 @@ pub(crate) fn remarks(mechanism: &Mechanism, q: &[f64], tolerance: f64) -> Vec<S
     if count == 0 || count > MOST {
         return Vec::new();
     }
-    let locked = |part: Part| {
+    let locked = |part: BarNetwork| {
         let value = smallest(mechanism, q, &part).filter(|value| *value < tolerance)?;
         let bar = &mechanism.description().bars[*part.bars.last()?].name;
         Some(format!(
@@ -48,7 +48,7 @@ fn ends(bar: &Bar) -> impl Iterator<Item = usize> + '_ {
 }
 
 /// The parts that have bars.
-fn parts(mechanism: &Mechanism) -> Vec<Part> {
+fn parts(mechanism: &Mechanism) -> Vec<BarNetwork> {
     let Description { particles, bars, .. } = mechanism.description();
     let mut of: Vec<usize> = (0..particles.len()).collect();
     for bar in bars {
@@ -59,14 +59,14 @@ fn parts(mechanism: &Mechanism) -> Vec<Part> {
     let parts = (0..of.len()).filter(first).map(|k| {
         let points = (0..of.len()).filter(|&other| of[other] == of[k]).collect();
         let bars = (0..bars.len()).filter(|&bar| of[bars[bar].to] == of[k]).collect();
-        Part { points, bars }
+        BarNetwork { points, bars }
     });
     parts.filter(|part| !part.bars.is_empty()).collect()
 }
 
 /// The smallest singular value of the bars of a part that cannot move within itself, rows of length
 /// 1; what is rounding is left out.
-fn smallest(mechanism: &Mechanism, q: &[f64], part: &Part) -> Option<f64> {
+fn smallest(mechanism: &Mechanism, q: &[f64], part: &BarNetwork) -> Option<f64> {
     let Description { dimension, particles, bars, .. } = mechanism.description();
     let d = (*dimension).max(2);
     let first = q.len() - d * particles.len();

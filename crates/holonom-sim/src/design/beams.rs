@@ -6,14 +6,14 @@
 //!                                                                  └─ ElementsTangent
 //! ```
 
-use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, eps, refused};
 use crate::system::beams::BeamParts;
 use crate::system::time_function::TimeFunctions;
 use crate::system::{System, load_kind, loads_along};
 use holonom_model::{Beam, Load, ModelError, MovingFrame};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
-use vi_beam::Mesh;
+use vi_beam::BeamMesh;
 use vi_beam::design::{Drawn, ElementChange, ElementDesignError, ElementsTangent, StepRule};
 use vi_core::num_dual::Dual64;
 use vi_multibody::builder::ElementForce;
@@ -25,7 +25,7 @@ use vi_rigid::load::LoadChange;
 /// No part of a step of a composition is longer, in steps.
 const LONGEST: f64 = 2.0;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// All beams.
     pub(super) fn beams(&self, out: &mut ModelTangent) -> Result<(), ModelError> {
         let (mut changes, longer) = (Vec::new(), self.longer());
@@ -37,7 +37,7 @@ impl Chain<'_> {
                 .clone()
                 .any(|node| out.q[FRAME * node..FRAME * (node + 1)].iter().any(|own| *own != 0.0));
             if moves || drawn || self.slopes.touches(&key) {
-                self.beam((beam, parts), &longer, &mut changes)?;
+                self.beam(beam, parts, &longer, &mut changes)?;
             }
         }
         if changes.is_empty() {
@@ -81,14 +81,16 @@ impl Chain<'_> {
     /// By how much all elements of all beams become longer, m.
     fn longer(&self) -> Vec<f64> {
         let meshes = self.stated.beams.iter().map(|beam| self.placements.meshes(beam));
-        let longer = |of: &Mesh<Dual64>| of.lengths.iter().map(|own| own.eps).collect::<Vec<_>>();
+        let longer =
+            |of: &BeamMesh<Dual64>| of.lengths.iter().map(|own| own.eps).collect::<Vec<_>>();
         meshes.flat_map(|legs| legs.iter().flat_map(longer).collect::<Vec<_>>()).collect()
     }
 
     /// How the elements of a beam change.
     fn beam(
         &self,
-        (beam, parts): (&Beam, &BeamParts),
+        beam: &Beam,
+        parts: &BeamParts,
         longer: &[f64],
         changes: &mut Vec<ElementChange>,
     ) -> Result<(), ModelError> {
@@ -181,14 +183,14 @@ impl Chain<'_> {
             }
         };
         let both = [vector("force", load.force), vector("torque", load.torque)];
-        self.load_moves((&key, load), both.map(|own| own.map(|x| x.re)), found)?;
+        self.load_moves(&key, load, both.map(|own| own.map(|x| x.re)), found)?;
         let by: [Vector3<f64>; 2] = both.map(|own| eps(&own));
         if by.iter().all(|own| own.amax() == 0.0) {
             return Ok(());
         }
         let history = TimeFunctions::new(self.model).history("", &load.history);
         let System { beams, dynamics, .. } = self.system;
-        let loads = loads_along(load, by, &history, (&dynamics.parts, &beams.list))?;
+        let loads = loads_along(load, by, &history, &dynamics.parts, &beams.list)?;
         let named = |own| (load.name.clone(), Arc::new(WholeForce(Box::new(own))) as _);
         found.numbers.forces.extend(loads.into_iter().map(named));
         let [force, torque] = by.map(Into::into);
@@ -201,7 +203,8 @@ impl Chain<'_> {
     /// place.
     fn load_moves(
         &self,
-        (key, load): (&str, &Load),
+        key: &str,
+        load: &Load,
         by: [Vector3<f64>; 2],
         found: &mut ModelTangent,
     ) -> Result<(), ModelError> {

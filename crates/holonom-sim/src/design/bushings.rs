@@ -1,13 +1,13 @@
 //! Frames of bushings by a parameter.
 
-use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, eps, refused};
 use holonom_model::ModelError;
 use std::sync::Arc;
 use vi_multibody::builder::ElementForce;
 use vi_multibody::design::{FrameChange, MovedFrames, MovedSixForce, MovedSixSpring};
 use vi_multibody::joint::FrameId;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Places and orientations of bushings, and what these are stated in.
     pub(super) fn bushing_frames(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         let forces = &self.system.dynamics.forces;

@@ -4,7 +4,7 @@
 //! Shapes that touch change with their dimensions and places; a parameter that turns one, or that
 //! enters a mesh or a plane, is refused.
 
-use super::{Chain, LEAVE_OUT, ModelTangent, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, refused};
 use crate::system::contact_origin::TouchingBodies;
 use crate::system::joint_drive::{bumper, friction};
 use holonom_model::{Contact, FrictionCourse, Limits, ModelError, ShapeKind};
@@ -21,7 +21,7 @@ use vi_rigid::gap::ContactShape;
 const STEADY: Stribeck =
     Stribeck { transition_velocity: 0.0, static_ratio: 0.0, stribeck_velocity: 0.0 };
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     fn slope(&self, key: &str, value: f64) -> f64 {
         self.slopes.number(key, value).eps
     }
@@ -175,7 +175,7 @@ impl Chain<'_> {
             };
             let position = shape.position.unwrap_or_default();
             let position = self.slopes.vector(&format!("{key}.position"), position);
-            let found = shape.contact_shape_of(&axes, (&at, position), Vec::new());
+            let found = shape.contact_shape_of(&axes, &at, position, Vec::new());
             let below = format!("{key}.");
             let left =
                 |own: &String| is_own && own.starts_with(&below) && !own.ends_with(".density");

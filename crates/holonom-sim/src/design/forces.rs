@@ -1,6 +1,6 @@
 //! Springs, dampers, motors and loads by a parameter.
 
-use super::{Chain, ModelTangent, eps, refused};
+use super::{ModelTangent, NumberChain, eps, refused};
 use holonom_model::{
     Control, Curves, Frame, History, JointMotor, JointSpring, Load, ModelError, MotionPath, Spring,
 };
@@ -20,10 +20,10 @@ use vi_rigid::load::LoadChange;
 use vi_rigid::time_history::TimeFunction;
 
 use crate::system::input::Input;
-use crate::system::time_function::{Path, TimeFunctions};
+use crate::system::time_function::{TimeFunctions, TimePath};
 use crate::system::works::force_of;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Everything that acts.
     pub(super) fn forces(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         for k in 0..self.stated.joints.len() {
@@ -37,13 +37,13 @@ impl Chain<'_> {
             let (key, out) = (format!("load.{}", load.name), &mut found.numbers);
             match load.beam {
                 Some(_) => self.load_along(load, found)?,
-                None => self.load((&key, &load.name), load, out),
+                None => self.load(&key, &load.name, load, out),
             }
         }
         let out = &mut found.numbers;
         for own in self.stated.controls.iter().filter(|own| !self.is_on_particle(own)) {
             let (key, name) = (format!("control.{}", own.name), Input::of(own).source());
-            own.load().into_iter().for_each(|load| self.load((&key, &name), &load, out));
+            own.load().into_iter().for_each(|load| self.load(&key, &name, &load, out));
         }
         Ok(())
     }
@@ -201,7 +201,7 @@ impl Chain<'_> {
         &self,
         key: &str,
         path: &MotionPath,
-    ) -> Result<Option<Path>, ModelError> {
+    ) -> Result<Option<TimePath>, ModelError> {
         if let Some(formula) = &path.expression {
             let Some(slope) = self.formulas.slope(key, formula)? else { return Ok(None) };
             let change = MotionPath { expression: Some(slope), ..MotionPath::default() };
@@ -222,7 +222,7 @@ impl Chain<'_> {
 
     /// A load on a body or on a particle, or what the value 1 of a control is: its key, and the
     /// name of its force.
-    fn load(&self, (key, name): (&str, &str), load: &Load, out: &mut MechanismTangent) {
+    fn load(&self, key: &str, name: &str, load: &Load, out: &mut MechanismTangent) {
         let Some(member) = load.body.as_deref() else { return };
         let vector = |part: &str, value| self.slopes.vector(&format!("{key}.{part}"), value);
         let (force, torque) = (vector("force", load.force), vector("torque", load.torque));

@@ -6,10 +6,10 @@
 //! A force whose expressions are replaced by their derivatives is the derivative of the force: all
 //! of them act in it linearly. Signals that are values count as what they stand for.
 
-use super::signals::{SampledSlopes, SignalsApart, StateSlopes};
-use super::{Chain, LEAVE_OUT, ModelTangent, refused};
+use super::signals::{SampledSlopes, SignalChanges, SignalsApart};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, refused};
 use crate::system;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use crate::system::signal::sampler::Gains;
 use holonom_model::expression::{Moving, slope};
 use holonom_model::{
@@ -31,7 +31,7 @@ pub(super) struct Formulas<'a> {
     apart: SignalsApart,
     /// Signals that are values and change.
     signals: BTreeMap<String, Moving>,
-    states: StateSlopes,
+    states: SignalChanges,
     taken: RefCell<BTreeSet<String>>,
 }
 
@@ -169,7 +169,8 @@ impl<'a> Formulas<'a> {
     /// The same of a number of a section that holds expressions, too.
     fn entry(
         &self,
-        (path, number): (&str, f64),
+        path: &str,
+        number: f64,
         formula: &Formula,
     ) -> Result<Option<Formula>, ModelError> {
         match number {
@@ -205,7 +206,7 @@ fn replace<'f>(
     Ok(moves)
 }
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Forces of which an expression changes.
     pub(super) fn expressions(&self, found: &mut ModelTangent) -> Result<(), ModelError> {
         let histories = self
@@ -264,8 +265,10 @@ impl Chain<'_> {
         if changed.is_empty() && sums.is_empty() && watched.is_none() {
             return Ok(());
         }
-        let outside =
-            Outside { watched: watched.clone().unwrap_or_default(), ..Outside::default() };
+        let outside = ExternalActions {
+            watched: watched.clone().unwrap_or_default(),
+            ..ExternalActions::default()
+        };
         let system = system::build_with(&derived, &outside).map_err(|error| {
             let what = format!("the derivative by `{}`: {error}", self.formulas.name());
             refused("law", what, LEAVE_OUT)
@@ -294,7 +297,7 @@ impl Chain<'_> {
         let key = format!("bushing.{}", bushing.name);
         let entry = |path: &str, formula: &Formula| {
             let value = formula.0.parse().unwrap_or_default();
-            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+            self.formulas.entry(path, self.slopes.number(path, value).eps, formula)
         };
         let mut moves = false;
         for (part, matrix) in
@@ -335,7 +338,7 @@ impl Chain<'_> {
         let key = format!("constraint.{name}");
         let entry = |path: &str, formula: &Formula| {
             let value = formula.0.parse().unwrap_or_default();
-            self.formulas.entry((path, self.slopes.number(path, value).eps), formula)
+            self.formulas.entry(path, self.slopes.number(path, value).eps, formula)
         };
         let factors = terms.iter_mut().enumerate();
         let factors = factors.map(|(k, own)| (format!("{key}.terms.{k}.factor"), &mut own.factor));

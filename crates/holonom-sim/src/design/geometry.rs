@@ -1,6 +1,6 @@
 //! Masses, joints, bars and constraints by a parameter.
 
-use super::{Chain, LEAVE_OUT, ModelTangent, eps, refused};
+use super::{LEAVE_OUT, ModelTangent, NumberChain, eps, refused};
 use crate::sensor::line_of;
 use holonom_model::{
     Constraint, GROUND, Inertia, Joint, JointKind, ModelError, Sensor, SensorKind,
@@ -17,7 +17,7 @@ use vi_multibody::joint::{FrameId, Side, axes_along, complete_axis, complete_axi
 /// By how much a joint may differ from the one of the mechanism, in parts of its size.
 const AGREEMENT: f64 = 1e-9;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// Masses and inertia of the bodies.
     pub(super) fn bodies(&self, out: &mut MechanismTangent) {
         for (k, body) in self.stated.bodies.iter().enumerate() {
@@ -74,7 +74,7 @@ impl Chain<'_> {
             FrameId::Frame(k) => self.placed(k),
             FrameId::Ground => (Vector3::zeros(), Matrix3::identity()),
         };
-        Side::placed(frame, (&center, &triad), point, axes)
+        Side::placed(frame, &center, &triad, point, axes)
     }
 
     /// How a joint at these points and axes changes; refused where it is not that of the mechanism.
@@ -333,7 +333,7 @@ impl Chain<'_> {
                 }
                 Constraint::PointOnLine { parent, child, position, axis, relative_to, .. }
                 | Constraint::PointOnPlane { parent, child, position, axis, relative_to, .. } => {
-                    self.guide(&key, [parent, child], (*position, *axis), relative_to.as_deref())?
+                    self.guide(&key, [parent, child], *position, *axis, relative_to.as_deref())?
                 }
                 Constraint::Motion { path, .. } => {
                     let change = self.path_change(&format!("{key}.path"), path)?;
@@ -348,7 +348,7 @@ impl Chain<'_> {
                 }
                 Constraint::Rolling { .. } => self.rolling(&key, k, constraint)?,
                 Constraint::Blade { body, position, axis, relative_to, .. } => {
-                    self.blade(&key, (k, body), (*position, *axis), relative_to.as_deref())?
+                    self.blade(&key, k, body, *position, *axis, relative_to.as_deref())?
                 }
                 Constraint::Velocity { .. } => None, // of expressions
             };
@@ -378,7 +378,8 @@ impl Chain<'_> {
         &self,
         key: &str,
         members: [&String; 2],
-        (position, axis): ([f64; 3], [f64; 3]),
+        position: [f64; 3],
+        axis: [f64; 3],
         relative_to: Option<&str>,
     ) -> Result<Option<ScalarTangent>, ModelError> {
         let base = self.placements.base(relative_to);

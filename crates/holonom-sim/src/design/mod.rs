@@ -79,12 +79,12 @@ pub struct ModelTangent {
     /// Loads along beams that come to the others, in space or along the axes of the beam.
     pub(crate) along_beams: Vec<holonom_model::Load>,
     /// Places along beams.
-    pub(crate) along: Along,
+    pub(crate) along: PlacesAlong,
 }
 
 /// How places along beams change, m from their starts.
 #[derive(Clone, Default)]
-pub(crate) struct Along {
+pub(crate) struct PlacesAlong {
     /// Of sensors, by name.
     pub(crate) sensors: BTreeMap<String, f64>,
     /// Of loads, by name.
@@ -169,7 +169,7 @@ pub(crate) fn key_of(name: &str) -> String {
 }
 
 /// Names, among them keys of numbers of the file; a text, its replaced values.
-pub(crate) type Numbers<'a> = (&'a [String], &'a ModelText, &'a [Override]);
+pub(crate) type NamedNumbers<'a> = (&'a [String], &'a ModelText, &'a [Override]);
 
 /// The same of some of them alone, by name, and of numbers of the file by their keys; `counts`:
 /// whether a key matters.
@@ -177,7 +177,7 @@ pub(crate) type Numbers<'a> = (&'a [String], &'a ModelText, &'a [Override]);
 /// # Errors
 /// [`ModelError`] where one of these enters a key that matters and by which there is no derivative.
 pub(crate) fn tangents_of(
-    ((names, text, overrides), model): (Numbers<'_>, &Model),
+    ((names, text, overrides), model): (NamedNumbers<'_>, &Model),
     system: &System,
     wanted: impl Fn(&str) -> bool,
     counts: impl Fn(&str) -> bool,
@@ -200,7 +200,8 @@ fn tangent(
     let placements = Placements::new(stated, model, &slopes);
     let formulas = Formulas::new(parameter, model, curves, &slopes)?;
     let (slopes, placements, formulas) = (&slopes, &placements, &formulas);
-    let found = Chain { stated, model, system, slopes, placements, formulas }.tangent(parameter)?;
+    let found =
+        NumberChain { stated, model, system, slopes, placements, formulas }.tangent(parameter)?;
     if let Some(formula) = formulas.left().iter().find(|key| counts(key)) {
         let what = format!("the derivative by `{name}`, which the expression `{formula}` reads");
         return Err(refused(formula, what, format!("state a number there, or {LEAVE_OUT}")));
@@ -219,7 +220,7 @@ fn tangent(
 }
 
 /// What the numbers of a mechanism follow from.
-struct Chain<'a> {
+struct NumberChain<'a> {
     stated: &'a Model,
     model: &'a Model,
     system: &'a System,
@@ -233,7 +234,7 @@ fn eps(x: &Vector3<Dual64>) -> Vector3<f64> {
     x.map(|x| x.eps)
 }
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     fn tangent(&self, parameter: &ParameterTangent) -> Result<ModelTangent, ModelError> {
         let mut found = ModelTangent {
             name: parameter.name.clone(),
@@ -354,7 +355,7 @@ pub(crate) fn mechanism_design(
         }
         let places = dynamics.variational(mechanism).places_of_works();
         let works = places.zip(dynamics.works.iter().map(|own| own.force.as_str()));
-        own.with_works((mechanism, forces), mass, &numbers, works)
+        own.with_works(mechanism, forces, mass, &numbers, works)
     };
     found.and_then(with_works).map_err(|error| refused("model", error.to_string(), LEAVE_OUT))
 }

@@ -82,12 +82,12 @@ impl StartOf<'_> {
                 ),
             };
         }
-        let mut equilibrium = Equilibrium::new(self, run).map_err(|Singular| {
+        let mut equilibrium = LinearizedStatics::new(self, run).map_err(|Singular| {
             let what = format!("the derivative by `{name}` of a singular equilibrium");
             refused(self.key_of_equilibrium(), what, LEAVE_OUT)
         })?;
         let change = |(k, own): (usize, &ModelTangent)| {
-            let q = equilibrium.change((self, run), design, k);
+            let q = equilibrium.change(self, run, design, k);
             let q = q.map_err(|Singular| {
                 let what = format!("the derivative by `{}` of a singular equilibrium", own.name);
                 refused(self.key_of_equilibrium(), what, LEAVE_OUT)
@@ -126,14 +126,14 @@ impl StartOf<'_> {
 }
 
 /// The equations of statics, linearized.
-struct Equilibrium {
+struct LinearizedStatics {
     saddle: SaddlePoint,
     about: Interval, // its middle is at t = 0
     until: Interval, // its end is
     impulse: Vec<f64>,
 }
 
-impl Equilibrium {
+impl LinearizedStatics {
     fn new(start: &StartOf<'_>, run: &MechanismIntegrator) -> Result<Self, Singular> {
         let (system, constraints, q) = (run.system(), run.constraints(), start.at.q);
         let still = |t: f64| {
@@ -166,7 +166,8 @@ impl Equilibrium {
     /// `δq_0` by the parameter `k`.
     fn change(
         &mut self,
-        (start, run): (&StartOf<'_>, &MechanismIntegrator),
+        start: &StartOf<'_>,
+        run: &MechanismIntegrator,
         design: &dyn Design,
         k: usize,
     ) -> Result<Vec<f64>, Singular> {
@@ -216,7 +217,7 @@ impl Equilibrium {
             return Ok(None);
         }
         let at = Configuration { internal: &self.about.internal, ..run.state().configuration() };
-        resting_change(run, at, (&vec![0.0; at.q.len()], rates)).map(Some)
+        resting_change(run, at, &vec![0.0; at.q.len()], rates).map(Some)
     }
 }
 
@@ -228,7 +229,8 @@ impl Equilibrium {
 pub(crate) fn resting_change(
     run: &MechanismIntegrator,
     at: Configuration<'_>,
-    (dq, by_parameter): (&[f64], Vec<f64>),
+    dq: &[f64],
+    by_parameter: Vec<f64>,
 ) -> Result<Vec<f64>, Singular> {
     let mut change = by_parameter;
     let still = vec![0.0; at.q.len()];

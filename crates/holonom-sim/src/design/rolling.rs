@@ -6,7 +6,7 @@
 //! Axis and plane are stated in space or in a frame, and the axis is fixed in its body as that is
 //! placed initially: bodies and frames that move with the parameter take part.
 
-use super::{Chain, LEAVE_OUT, eps, refused};
+use super::{LEAVE_OUT, NumberChain, eps, refused};
 use holonom_model::{Constraint, ModelError};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -15,14 +15,14 @@ use vi_core::num_dual::Dual64;
 use vi_multibody::design::ScalarTangent;
 use vi_multibody::form::Form;
 use vi_multibody::joint::complete_axis;
-use vi_multibody::rolling::{Plane, Rolling};
+use vi_multibody::rolling::{RolledPlane, Rolling};
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_rigid::directors::FRAME;
 
 /// By how much numbers may differ from those of the mechanism.
 const AGREEMENT: f64 = 1e-9;
 
-impl Chain<'_> {
+impl NumberChain<'_> {
     /// A wheel or a sphere, scalar constraint `k` of the mechanism.
     pub(super) fn rolling(
         &self,
@@ -53,7 +53,7 @@ impl Chain<'_> {
             axis: axis.map(|axis| self.placed(frame).1.tr_mul(&axis)),
             circle,
             section: radius - circle,
-            plane: Plane {
+            plane: RolledPlane {
                 origin: base.point(vector("plane.position", plane.position)),
                 axes: complete_axis(&normal.normalize()),
                 spin: number("plane.spin", plane.spin),
@@ -70,8 +70,10 @@ impl Chain<'_> {
     pub(super) fn blade(
         &self,
         key: &str,
-        (k, body): (usize, &str),
-        (position, axis): ([f64; 3], [f64; 3]),
+        k: usize,
+        body: &str,
+        position: [f64; 3],
+        axis: [f64; 3],
         relative_to: Option<&str>,
     ) -> Result<Option<ScalarTangent>, ModelError> {
         let Some(frame) = self.model.frame(body) else { return Ok(None) };
@@ -118,7 +120,7 @@ impl Chain<'_> {
 
 /// Whether any number changes.
 fn moves(own: &Rolling<Dual64>) -> bool {
-    let Plane { origin, axes, spin } = &own.plane;
+    let RolledPlane { origin, axes, spin } = &own.plane;
     let axis = own.axis.unwrap_or_else(Vector3::zeros);
     let vectors = axis.iter().chain(origin).chain(axes);
     vectors.chain([&own.circle, &own.section, spin]).any(|x| x.eps != 0.0)

@@ -94,7 +94,7 @@ impl SignalsApart {
 
 /// How signals change: the rates of their states, what these begin with, and what is sampled.
 #[derive(Default)]
-pub(super) struct StateSlopes {
+pub(super) struct SignalChanges {
     rates: Vec<Option<Formula>>,
     starts: Vec<Option<Formula>>,
     sampled: Vec<SampledSlopes>,
@@ -121,7 +121,7 @@ impl SampledSlopes {
     }
 }
 
-impl StateSlopes {
+impl SignalChanges {
     /// Adds a state.
     pub(super) fn push(&mut self, rate: Option<Formula>, start: Option<Formula>) {
         self.rates.push(rate);

@@ -18,7 +18,7 @@ use vi_core::linear::norm_inf;
 use vi_core::sparse::Entries;
 use vi_core::{Configuration, SparseMatrix, State};
 use vi_multibody::design::start::{self, StartCoordinate, StartDerivativeError, StartTangent};
-use vi_multibody::design::velocity::{NodeMass, NodeVelocity};
+use vi_multibody::design::velocity::{DifferentiatedVelocity, NodeMass};
 use vi_multibody::mechanism::Mechanism;
 
 /// Part of the change of a row from which on a constraint counts as open.
@@ -83,7 +83,7 @@ impl StartOf<'_> {
         }
         let first: Vec<_> = first.iter().map(|own| (own.joint, own.freedom)).collect();
         let first = &first[..];
-        let chosen = independent(self.model, (self.mechanism, self.rows), self.at, first);
+        let chosen = independent(self.model, self.mechanism, self.rows, self.at, first);
         chosen.map_err(|_| {
             let what = "derivatives by initial values of what has no joint coordinates";
             refused("model", what, "leave `initial` out of --by")
@@ -154,7 +154,7 @@ impl StartOf<'_> {
         if !self.model.joints.iter().any(stated) {
             return Ok([q, own.v.clone()]);
         }
-        let v = self.by_rates_of(own, &q, (self.rows, &self.coordinates()?))?;
+        let v = self.by_rates_of(own, &q, self.rows, &self.coordinates()?)?;
         for (k, joint) in self.model.joints.iter().enumerate().filter(|(_, own)| stated(own)) {
             for freedom in 0..joint.pair().dof() {
                 let Some(coordinate) = self.mechanism.known_coordinate(k, freedom) else {
@@ -383,8 +383,8 @@ impl StartOf<'_> {
         mass.mul_add(1.0, dv, &mut dp);
         start::add_mass_change(mechanism, &own.numbers, self.stated_v, &mut dp);
         let numbers = std::slice::from_ref(&own.numbers);
-        let velocity =
-            NodeVelocity::new(mechanism, rows, numbers).map_err(StartDerivativeError::from);
+        let velocity = DifferentiatedVelocity::new(mechanism, rows, numbers)
+            .map_err(StartDerivativeError::from);
         let mut velocity = velocity.map_err(|error| self.refusal(&error, own))?;
         let state = State::new(at.t, at.q.to_vec(), p);
         let configuration = Configuration::new(at.t, at.q);
@@ -465,11 +465,11 @@ impl StartOf<'_> {
     fn by_rates(&self, own: &ModelTangent, dq: &[f64]) -> Result<Vec<f64>, ModelError> {
         if self.mechanism.has_velocity_constraints() {
             let all = StartCoordinate::of_tree(self.mechanism);
-            return self.by_rates_of(own, dq, (&start::of_tree(self.mechanism), &all));
+            return self.by_rates_of(own, dq, &start::of_tree(self.mechanism), &all);
         }
         let closed = self.mechanism.has_loops();
         let chosen = if closed { self.rated(own)? } else { self.coordinates()? };
-        self.by_rates_of(own, dq, (self.rows, &chosen))
+        self.by_rates_of(own, dq, self.rows, &chosen)
     }
 
     /// The same of these independent coordinates with their rows.
@@ -477,7 +477,8 @@ impl StartOf<'_> {
         &self,
         own: &ModelTangent,
         dq: &[f64],
-        (rows, chosen): (&IndependentRows, &[TreeCoordinate]),
+        rows: &IndependentRows,
+        chosen: &[TreeCoordinate],
     ) -> Result<Vec<f64>, ModelError> {
         let coordinates: Vec<StartCoordinate> = chosen.iter().map(|own| own.2.clone()).collect();
         let Self { model, mechanism, at, .. } = *self;

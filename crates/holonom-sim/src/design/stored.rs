@@ -6,7 +6,7 @@
 //! ```
 
 use super::ModelTangent;
-use crate::system::works::Stored;
+use crate::system::works::ElementStore;
 use vi_core::Configuration;
 use vi_core::num_dual::Dual64;
 use vi_core::potential::DiscretePotential;
@@ -19,13 +19,13 @@ pub(crate) type StoredTangent = Box<dyn Fn(Configuration<'_>) -> f64 + Send + Sy
 
 /// `V_θ` at a configuration; `None` where a parameter does not change it.
 pub(crate) fn by_parameter(
-    stored: &Stored,
+    stored: &ElementStore,
     force: &str,
     mechanism: &Mechanism,
     tangent: &ModelTangent,
 ) -> Option<StoredTangent> {
     match stored {
-        Stored::Joint(joint, spring) => {
+        ElementStore::Joint(joint, spring) => {
             let moved = MovedCoordinate::of(mechanism, &tangent.numbers, &spring.coordinate);
             let mut efforts = tangent.drives.iter();
             let own = efforts.find(|(of, part, _)| (*of, *part) == (*joint, "spring"));
@@ -44,7 +44,7 @@ pub(crate) fn by_parameter(
                 by.as_ref().map_or(0.0, of) + spring.stiffness * stretch * along
             }))
         }
-        Stored::Spring(k, spring) => {
+        ElementStore::Spring(k, spring) => {
             let change = tangent.numbers.springs.get(k)?;
             let dual = Spring {
                 between: spring.between.with_tangent(&change.between),
@@ -54,7 +54,7 @@ pub(crate) fn by_parameter(
             };
             Some(Box::new(move |at| dual.energy(at.q).eps))
         }
-        Stored::Bushing(spring) => {
+        ElementStore::Bushing(spring) => {
             let own = tangent.acting.bushings.iter().find(|own| own.name == force);
             let own = own.map(|own| own.spring.clone()); // linear in its numbers
             let moved = tangent.bushings.iter().find(|own| own.0 == force);

@@ -58,12 +58,12 @@ impl Spin {
 }
 
 /// The columns of a matrix times those of `W`.
-struct Turned<'a> {
+struct TurnedColumns<'a> {
     into: &'a mut dyn Entries,
     W: Matrix3<f64>,
 }
 
-impl Entries for Turned<'_> {
+impl Entries for TurnedColumns<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         for k in 0..3 {
             self.into.add(row, column - column % 3 + k, value * self.W[(column % 3, k)]);
@@ -105,7 +105,7 @@ impl StartOf<'_> {
                 return Err(refused("simulation.start", what, LEAVE_OUT));
             }
             let spin = self.change_of_rotation(own, rotation)?;
-            let found = relative.change(self, run, (design, k, own), spin);
+            let found = relative.change(self, run, design, k, own, spin);
             let found = found.map_err(|Singular| singular(&own.name))?;
             let [open, rate] = self.opened(own, [&found.q, &found.v])?;
             for (open, size) in [(open, &found.q), (rate, &found.v)] {
@@ -190,9 +190,13 @@ impl Relative {
         let W = rotation.velocity.cross_matrix();
         let emit = |out: &mut dyn Entries| {
             system.level_slopes(at.moving(v), [1.0, 0.0], out);
-            system.level_slopes(at.moving(v), [0.0, 1.0], &mut Turned { into: &mut *out, W });
+            system.level_slopes(
+                at.moving(v),
+                [0.0, 1.0],
+                &mut TurnedColumns { into: &mut *out, W },
+            );
             let (row, column, scale, transposed) = (0, 0, -1.0, false);
-            let turned = &mut Turned { into: &mut *out, W: W * W };
+            let turned = &mut TurnedColumns { into: &mut *out, W: W * W };
             start.mass.emit(&mut Block { into: turned, row, column, scale, transposed });
             constraints.weighted_hessian(t, q, &lambda, -1.0, out);
         };
@@ -207,7 +211,9 @@ impl Relative {
         &mut self,
         start: &StartOf<'_>,
         run: &MechanismIntegrator,
-        (design, k, own): (&dyn Design, usize, &ModelTangent),
+        design: &dyn Design,
+        k: usize,
+        own: &ModelTangent,
         by: Spin,
     ) -> Result<StartTangent, Singular> {
         let InitialValues { t, q, v, .. } = start.at;

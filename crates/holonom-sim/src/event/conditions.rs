@@ -1,19 +1,19 @@
 //! Conditions of events at a node.
 
-use crate::sensor::{Column, Sensors, View, columns_of, columns_of_signal};
+use crate::sensor::{SensorColumn, Sensors, View, columns_of, columns_of_signal};
 use crate::system;
-use crate::system::outside::Outside;
-use holonom_model::expression::Program;
+use crate::system::outside::ExternalActions;
+use holonom_model::expression::ExpressionProgram;
 use holonom_model::{
-    Event, Locate, Model, ModelError, Observed, Part, Problem, Quantities, Reading,
+    Event, Locate, Model, ModelError, NodeReading, Observed, Problem, Quantities, SensorPart,
 };
 use vi_constraints::saddle_point::IndependentRows;
 use vi_multibody::mechanism::Mechanism;
 
 /// When the events of a model act.
 #[derive(Debug)]
-pub(crate) struct Conditions {
-    events: Vec<When>,
+pub(crate) struct EventConditions {
+    events: Vec<EventTiming>,
     sensors: Sensors, // of what is read
     values: Vec<f64>, // of their columns, scratch
     inputs: Vec<f64>, // of an expression, scratch
@@ -21,23 +21,23 @@ pub(crate) struct Conditions {
 
 /// When an event acts.
 #[derive(Debug)]
-struct When {
+struct EventTiming {
     name: String,
     at: Option<f64>, // s
-    program: Option<Program>,
+    program: Option<ExpressionProgram>,
     reads: Vec<usize>, // columns, in the order of its inputs after the time
 }
 
-impl Conditions {
+impl EventConditions {
     pub(crate) fn new(
         model: &Model,
         events: &[Event],
-        outside: &Outside,
+        outside: &ExternalActions,
     ) -> Result<Self, ModelError> {
         let quantities = Quantities::new(model);
         let (mut watched, mut first) = (Vec::new(), Vec::new());
         // the columns of signals come first
-        let signals: Vec<Column> = model.signals.iter().flat_map(columns_of_signal).collect();
+        let signals: Vec<SensorColumn> = model.signals.iter().flat_map(columns_of_signal).collect();
         let mut count = signals.len();
         let mut all = Vec::new();
         for event in events {
@@ -51,23 +51,23 @@ impl Conditions {
                     .map_err(|error| refused(error.message, error.help))?;
                 for reading in found.readings {
                     let (sensor, part) = match reading {
-                        Reading::Signal(name) => {
+                        NodeReading::Signal(name) => {
                             reads.extend(signals.iter().position(|column| column.name() == name));
                             continue;
                         }
-                        Reading::Sensor(sensor, part) => (*sensor, part),
+                        NodeReading::Sensor(sensor, part) => (*sensor, part),
                     };
                     let columns = columns_of(model, &sensor);
                     let place = watched.iter().position(|own| *own == sensor);
                     let start = place.map_or(count, |place| first[place]);
                     let own = match &part {
-                        Part::Number(k) => Some(*k),
-                        Part::Heading(part) => {
+                        SensorPart::Number(k) => Some(*k),
+                        SensorPart::Heading(part) => {
                             columns.iter().position(|column| column.part == *part)
                         }
                     };
                     let Some(own) = own else {
-                        let known: Vec<String> = columns.iter().map(Column::name).collect();
+                        let known: Vec<String> = columns.iter().map(SensorColumn::name).collect();
                         let message = format!("`{}` has no number of this name", sensor.name);
                         return Err(refused(message, format!("it has {}", known.join(", "))));
                     };
@@ -80,7 +80,7 @@ impl Conditions {
                 }
                 program = Some(found.program);
             }
-            all.push(When { name: event.name.clone(), at: event.at, program, reads });
+            all.push(EventTiming { name: event.name.clone(), at: event.at, program, reads });
         }
         let sensors = system::build_sensing(model, outside, &[], &watched)?.sensors;
         Ok(Self { events: all, sensors, values: Vec::new(), inputs: Vec::new() })
@@ -115,7 +115,7 @@ impl Conditions {
         let t = at.t;
         sensors.read(mechanism, rows, at, values);
         sides.clear();
-        for When { name, program, reads, .. } in events {
+        for EventTiming { name, program, reads, .. } in events {
             let Some(program) = program else {
                 sides.push(0.0);
                 continue;

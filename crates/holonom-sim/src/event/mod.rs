@@ -21,10 +21,10 @@ pub(crate) mod switches;
 
 pub use switches::{EventJump, EventRecord};
 
-use crate::system::outside::Outside;
-use conditions::Conditions;
+use crate::system::outside::ExternalActions;
+use conditions::EventConditions;
 use holonom_model::{Event, Model, ModelError};
-use switches::{Lock, PhaseStart, Switches};
+use switches::{HeldJoint, PhaseStart, Switches};
 use vi_constraints::Constraints;
 use vi_core::Configuration;
 use vi_multibody::joint::Joint;
@@ -38,10 +38,10 @@ pub(crate) const MOST: usize = 12;
 #[derive(Debug)]
 pub(crate) struct Events {
     pub(crate) model: Model,
-    pub(crate) outside: Outside,
+    pub(crate) outside: ExternalActions,
     pub(crate) solver: Solver,
     pub(crate) list: Vec<Event>,
-    pub(crate) conditions: Conditions,
+    pub(crate) conditions: EventConditions,
     joints: Vec<Joint>,           // of the whole model
     angles: Vec<JointCoordinate>, // likewise, whose revolutions count
     pub(crate) first: PhaseStart,
@@ -55,13 +55,13 @@ impl Events {
     /// Those of a model whose first phase has begun at `first`.
     pub(crate) fn new(
         model: &Model,
-        outside: &Outside,
+        outside: &ExternalActions,
         solver: Solver,
         mechanism: &vi_multibody::mechanism::Mechanism,
         first: PhaseStart,
     ) -> Result<Self, ModelError> {
         let list = model.events.clone();
-        let mut conditions = Conditions::new(model, &list, outside)?;
+        let mut conditions = EventConditions::new(model, &list, outside)?;
         conditions.sensors().begin(&first.q);
         let switches = Switches {
             ready: vec![true; list.len()],
@@ -127,7 +127,7 @@ impl Events {
         let turns = &self.switches.turns;
         let value =
             coordinate.at(Configuration { t: at.t, q: &at.q, angles: turns, internal: &[] });
-        let lock = Lock { joint: joint.to_owned(), freedom, value };
+        let lock = HeldJoint { joint: joint.to_owned(), freedom, value };
         let name = lock.name();
         self.switches.locks.push(lock);
         Some(name)

@@ -15,7 +15,7 @@ pub(crate) struct Switches {
     /// Laws, loads and motors, by their joint, that do not act.
     pub(crate) disabled: BTreeSet<String>,
     /// Joint coordinates that are held.
-    pub(crate) locks: Vec<Lock>,
+    pub(crate) locks: Vec<HeldJoint>,
     /// Whether each event acts when its condition becomes true next.
     pub(crate) ready: Vec<bool>,
     /// The value of each condition at the present node; of times 0.
@@ -57,13 +57,13 @@ impl PhaseStart {
 
 /// A joint coordinate that is held.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Lock {
+pub(crate) struct HeldJoint {
     pub(crate) joint: String,
     pub(crate) freedom: usize,
     pub(crate) value: f64, // m or rad, revolutions counted
 }
 
-impl Lock {
+impl HeldJoint {
     /// The name of its constraint.
     pub(crate) fn name(&self) -> String {
         match self.freedom {

@@ -2,12 +2,12 @@
 //! and what is refused.
 
 use super::beam_models::{BLADE, CANTILEVER, CARRIED, CHAIN, FLYING, LINKAGE, ROPE};
-use super::comparison::{PATH, Seen, Worst, seen};
+use super::comparison::{PATH, SeenNumber, Worst, seen};
 use super::force_models::without_objectives;
 use super::prepared::{Begin, Prepared};
 use super::tests::{changed, check, found};
 use crate::design;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::ModelText;
 use std::path::Path;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
@@ -156,14 +156,14 @@ fn what_has_no_derivative_of_a_beam_is_named() {
 fn forward(text: &str) -> Vec<(String, f64)> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(&[]).unwrap();
-    let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+    let mut prepared = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
     let tangents = design::tangents(&text, &[], &model, &prepared.system).unwrap();
-    prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+    prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
     let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let of = begin.of(&model, &prepared.system.mechanism);
     let run = prepared.simulation.integrator();
-    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let changes = begin.changes(&of, run, &design, &tangents).unwrap();
     let all = tangents.iter().zip(&changes).enumerate();
     let directions = all.map(|(k, (own, change))| Direction {
         start: begin.tangent(run, change, Some(own)),
@@ -337,7 +337,7 @@ fn velocities_of_beams_agree_with_differences() {
                 PATH,
             ),
         ];
-        let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+        let all = all.map(|(sensor, part, at)| SeenNumber::new(sensor, part, at));
         worst.compare_all(&soft(&loaded(&rod(strain, element))), &all, APART);
     }
     let all = [("velocity", "rope.2", "", &["0"][..])];

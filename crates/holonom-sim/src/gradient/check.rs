@@ -19,7 +19,7 @@ use super::prepared::{Begin, Prepared};
 use super::{ByStart, GradientFailure, ModelGradient, Wanted};
 use crate::design::key_of;
 use crate::random::Random;
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use holonom_model::{Model, ModelText, Override};
 use serde::Serialize;
 use vi_core::Configuration;
@@ -63,7 +63,7 @@ pub struct Check {
 
 /// What is changed.
 #[derive(Clone, Copy, PartialEq)]
-enum By {
+enum ChangedBy {
     Parameters,
     Controls,
     Coordinates,
@@ -83,7 +83,7 @@ pub(super) struct Runs<'a> {
 
 /// Along a direction: the difference, the derivative, the sum of its moduli, what is not resolved.
 #[derive(Clone, Copy)]
-struct Along {
+struct DirectionalCheck {
     difference: f64,
     derivative: f64,
     size: f64,
@@ -91,7 +91,7 @@ struct Along {
     unresolved: f64, // of the difference
 }
 
-impl Along {
+impl DirectionalCheck {
     fn apart(&self) -> f64 {
         (self.difference - self.derivative).abs()
     }
@@ -112,21 +112,21 @@ impl Runs<'_> {
     fn value(
         &self,
         gradient: &ModelGradient,
-        by: By,
+        by: ChangedBy,
         direction: &[f64],
         e: f64,
     ) -> Result<f64, GradientFailure> {
         let mut overrides = self.overrides.to_vec();
         let (mut start, mut values) = (self.wanted.start.clone(), self.wanted.values.clone());
         match by {
-            By::Parameters => {
+            ChangedBy::Parameters => {
                 for (own, d) in gradient.parameters.iter().zip(direction) {
                     let key = key_of(&own.name);
                     overrides.retain(|one| one.key != key);
                     overrides.push(Override::new(key, format!("{:?}", own.value + e * d)));
                 }
             }
-            By::Controls => {
+            ChangedBy::Controls => {
                 let mut rest = direction;
                 for (k, own) in gradient.controls.iter().enumerate() {
                     let (own, others) = rest.split_at(own.derivatives.len());
@@ -140,12 +140,12 @@ impl Runs<'_> {
                     rest = others;
                 }
             }
-            By::Step => {}
-            By::Coordinates | By::Rates => {
+            ChangedBy::Step => {}
+            ChangedBy::Coordinates | ChangedBy::Rates => {
                 let all = gradient.initial.iter().zip(&self.start).zip(direction);
                 for ((own, [value, rate]), d) in all {
-                    let [moved, faster] =
-                        [By::Coordinates, By::Rates].map(|own| if own == by { e * d } else { 0.0 });
+                    let [moved, faster] = [ChangedBy::Coordinates, ChangedBy::Rates]
+                        .map(|own| if own == by { e * d } else { 0.0 });
                     give(&mut start.coordinates, own, value + moved);
                     if own.rate.is_some() {
                         give(&mut start.rates, own, rate + faster);
@@ -154,30 +154,33 @@ impl Runs<'_> {
             }
         }
         let mut changed = match by {
-            By::Parameters => with_sensors(&self.text.model(&overrides)?, &self.wanted.of),
+            ChangedBy::Parameters => with_sensors(&self.text.model(&overrides)?, &self.wanted.of),
             _ => self.model.clone(),
         };
-        if by == By::Step {
+        if by == ChangedBy::Step {
             let steps = changed.settings.steps();
             changed.settings.step += e * direction[0];
             changed.settings.end = changed.settings.step * steps as f64;
         }
-        let stated = by == By::Parameters && start == JointStart::default();
+        let stated = by == ChangedBy::Parameters && start == JointStart::default();
         if stated && !changed.settings.project_start {
             // off the constraints by the square of a change, which is the same on both sides
             changed.settings.start_tolerance = changed.settings.start_tolerance.max(CHANGE);
         }
-        let outside = Outside { start, ..Outside::default() };
-        Prepared::new(&changed, &self.wanted.of, (&values, &outside))?.value()
+        let outside = ExternalActions { start, ..ExternalActions::default() };
+        Prepared::new(&changed, &self.wanted.of, &values, &outside)?.value()
     }
 
     /// Differences along a direction with the longer change `e`.
     fn along(
         &self,
-        (gradient, value): (&ModelGradient, f64),
-        (by, e): (By, f64),
-        (exact, direction): (&[f64], &[f64]),
-    ) -> Result<Along, GradientFailure> {
+        gradient: &ModelGradient,
+        value: f64,
+        by: ChangedBy,
+        e: f64,
+        exact: &[f64],
+        direction: &[f64],
+    ) -> Result<DirectionalCheck, GradientFailure> {
         let parts = || exact.iter().zip(direction).map(|(a, b)| a * b);
         let both = |e: f64| -> Result<[f64; 2], GradientFailure> {
             let [plus, minus] = [e, -e].map(|e| self.value(gradient, by, direction, e));
@@ -185,7 +188,7 @@ impl Runs<'_> {
             Ok([(plus - minus) / (2.0 * e), plus + minus - 2.0 * value])
         };
         let ([long, bent], [short, less]) = (both(e)?, both(0.5 * e)?);
-        Ok(Along {
+        Ok(DirectionalCheck {
             difference: (4.0 * short - long) / 3.0,
             derivative: parts().sum(),
             size: parts().map(f64::abs).sum(),
@@ -197,16 +200,18 @@ impl Runs<'_> {
     /// The differences that resolve most along each of some directions.
     fn resolving_most(
         &self,
-        of: (&ModelGradient, f64),
-        by: By,
-        (exact, directions): (&[f64], &[Vec<f64>]),
-    ) -> Result<Vec<Along>, GradientFailure> {
-        let levels = 4.0 + (of.0.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
-        let mut best: Vec<Along> = Vec::new();
+        gradient: &ModelGradient,
+        value: f64,
+        by: ChangedBy,
+        exact: &[f64],
+        directions: &[Vec<f64>],
+    ) -> Result<Vec<DirectionalCheck>, GradientFailure> {
+        let levels = 4.0 + (gradient.growth.unwrap_or(1.0).ln() / FINER.ln()).ceil();
+        let mut best: Vec<DirectionalCheck> = Vec::new();
         let mut before: Vec<f64> = Vec::new();
         let mut e = CHANGE;
         for level in 0..levels.min(LEVELS) as usize {
-            let one = |direction: &Vec<f64>| self.along(of, (by, e), (exact, direction));
+            let one = |direction: &Vec<f64>| self.along(gradient, value, by, e, exact, direction);
             let mut found = directions.iter().map(one).collect::<Result<Vec<_>, _>>()?;
             let rounding = found.iter().map(|own| own.rounding).fold(0.0, f64::max);
             for (k, own) in found.iter_mut().enumerate() {
@@ -218,7 +223,7 @@ impl Runs<'_> {
             // rounding alone is left, unless the changes are far beyond what is linear
             let pairs = found.iter().zip(&best);
             let is_worse = level > 0
-                && of.0.growth.is_none()
+                && gradient.growth.is_none()
                 && pairs.into_iter().all(|(own, best)| own.unresolved > best.unresolved);
             match level {
                 0 => best = found,
@@ -237,10 +242,10 @@ impl Runs<'_> {
     }
 
     /// A part of a direction: as large as the number that changes, or 1.
-    fn part(gradient: &ModelGradient, by: By, random: &mut Random, k: usize) -> f64 {
+    fn part(gradient: &ModelGradient, by: ChangedBy, random: &mut Random, k: usize) -> f64 {
         let size = match by {
-            By::Parameters => gradient.parameters[k].value.abs(),
-            By::Step => gradient.step,
+            ChangedBy::Parameters => gradient.parameters[k].value.abs(),
+            ChangedBy::Step => gradient.step,
             _ => 0.0,
         };
         random.number() * if size > 0.0 { size } else { 1.0 }
@@ -249,7 +254,7 @@ impl Runs<'_> {
     /// Compares along random directions.
     pub(super) fn compare(&self, gradient: &ModelGradient) -> Result<Vec<Check>, GradientFailure> {
         let mut checks = Vec::new();
-        let unchanged = By::Controls; // of the model as it is
+        let unchanged = ChangedBy::Controls; // of the model as it is
         let none = vec![0.0; gradient.controls.iter().map(|own| own.derivatives.len()).sum()];
         let value = self.value(gradient, unchanged, &none, 0.0)?;
         let mut random = Random(20_080_131);
@@ -261,20 +266,20 @@ impl Runs<'_> {
         };
         let parameters = gradient.parameters.iter().map(|own| own.derivative).collect();
         let controls = gradient.controls.iter().flat_map(|own| own.derivatives.clone()).collect();
-        let kinds: [(By, &str, Vec<f64>); 5] = [
-            (By::Parameters, "parameters", parameters),
-            (By::Controls, "controls", controls),
-            (By::Coordinates, "coordinates", starts(|own| own.coordinate)),
-            (By::Rates, "rates", starts(|own| own.rate.unwrap_or(0.0))),
-            (By::Step, "step", gradient.by_step.into_iter().collect()),
+        let kinds: [(ChangedBy, &str, Vec<f64>); 5] = [
+            (ChangedBy::Parameters, "parameters", parameters),
+            (ChangedBy::Controls, "controls", controls),
+            (ChangedBy::Coordinates, "coordinates", starts(|own| own.coordinate)),
+            (ChangedBy::Rates, "rates", starts(|own| own.rate.unwrap_or(0.0))),
+            (ChangedBy::Step, "step", gradient.by_step.into_iter().collect()),
         ];
         for (by, name, exact) in kinds.into_iter().filter(|kind| !kind.2.is_empty()) {
             let mut one = |k| Self::part(gradient, by, &mut random, k);
             let direction = |_| (0..exact.len()).map(&mut one).collect();
             let directions: Vec<Vec<f64>> = (0..DIRECTIONS).map(direction).collect();
-            let found = self.resolving_most((gradient, value), by, (&exact, &directions))?;
+            let found = self.resolving_most(gradient, value, by, &exact, &directions)?;
             for (k, own) in found.into_iter().enumerate() {
-                let Along { difference, derivative, size, unresolved, .. } = own;
+                let DirectionalCheck { difference, derivative, size, unresolved, .. } = own;
                 let (apart, scale) = (own.apart() - unresolved, own.scale());
                 let relative = if apart <= 0.0 { 0.0 } else { apart / scale };
                 let is_judged = gradient.meaningless_from.is_none() || relative <= COARSE;
@@ -312,7 +317,7 @@ impl ModelGradient {
         wanted: &Wanted,
     ) -> Result<(), GradientFailure> {
         let model = &with_sensors(model, &wanted.of);
-        let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+        let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
         let begin = Begin::new(&mut prepared)?;
         let start = |own: &ByStart| {
             let joints = &prepared.system.mechanism.description().joints;

@@ -4,7 +4,7 @@
 use super::prepared::{Begin, Prepared};
 use super::{ModelGradient, Wanted, gradient};
 use crate::simulation::Simulation;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::ModelText;
 use std::path::Path;
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
@@ -14,13 +14,13 @@ use vi_multibody::design::start;
 const TARGET: f64 = 0.3;
 
 /// A number of a sensor, which an objective compares with [`TARGET`] at the end or along the path.
-pub(super) struct Seen<'a> {
+pub(super) struct SeenNumber<'a> {
     pub(super) sensor: String,
     pub(super) part: &'a str,
     pub(super) at: &'a str,
 }
 
-impl<'a> Seen<'a> {
+impl<'a> SeenNumber<'a> {
     pub(super) fn new(sensor: &str, part: &'a str, at: &'a str) -> Self {
         Self { sensor: sensor.to_owned(), part, at }
     }
@@ -42,19 +42,22 @@ impl<'a> Seen<'a> {
 }
 
 /// Numbers of sensors: kind, of what, further keys, the numbers.
-pub(super) fn seen<'a>(all: &[(&str, &str, &str, &'a [&'a str])], at: &'a str) -> Vec<Seen<'a>> {
+pub(super) fn seen<'a>(
+    all: &[(&str, &str, &str, &'a [&'a str])],
+    at: &'a str,
+) -> Vec<SeenNumber<'a>> {
     let mut found = Vec::new();
     for (kind, of, more, parts) in all {
         let of = if of.is_empty() { String::new() } else { format!("of = \"{of}\"\n") };
         let sensor = format!("type = \"{kind}\"\n{of}{more}");
-        found.extend(parts.iter().map(|part| Seen::new(&sensor, part, at)));
+        found.extend(parts.iter().map(|part| SeenNumber::new(&sensor, part, at)));
     }
     found
 }
 
 /// A model with a sensor, and an objective of one of its numbers.
 pub(super) fn sensing(text: &str, sensor: &str, part: &str, at: &str) -> String {
-    format!("{text}{}", Seen::new(sensor, part, at).text("", 1.0))
+    format!("{text}{}", SeenNumber::new(sensor, part, at).text("", 1.0))
 }
 
 pub(super) const PATH: &str = "at = \"path\"\n";
@@ -95,16 +98,16 @@ pub(super) struct Worst {
 /// start, by each control as a whole.
 pub(super) fn forward(source: &ModelText) -> [Vec<f64>; 3] {
     let model = source.model(&[]).unwrap();
-    let (all, outside) = (Wanted::everything(), Outside::default());
-    let mut prepared = Prepared::new(&model, &[], (&[], &outside)).unwrap();
+    let (all, outside) = (Wanted::everything(), ExternalActions::default());
+    let mut prepared = Prepared::new(&model, &[], &[], &outside).unwrap();
     let tangents = all.tangents((source, &[], &model), &prepared.system).unwrap();
-    prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+    prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
     let begin = Begin::new(&mut prepared).unwrap();
     let design = crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(&model, mechanism);
     let run = prepared.simulation.integrator();
-    let changes = begin.changes(&of, run, (&design, &tangents)).unwrap();
+    let changes = begin.changes(&of, run, &design, &tangents).unwrap();
     let coordinates = of.coordinates_with(&[]).unwrap();
     let plain: Vec<_> = coordinates.iter().map(|own| own.2.clone()).collect();
     let (mass, rows, at) = (&begin.mass, begin.rows(), begin.at());
@@ -216,8 +219,8 @@ impl Worst {
     /// Many objectives of a model, each with its value; derivatives are those of their sum, in
     /// which the largest one of each is 1. Where these disagree each one is compared alone, so that
     /// it is named.
-    pub(super) fn compare_all(&mut self, text: &str, all: &[Seen], within: [f64; 2]) {
-        let alone = |own: &Seen| format!("{text}{}", own.text("", 1.0));
+    pub(super) fn compare_all(&mut self, text: &str, all: &[SeenNumber], within: [f64; 2]) {
+        let alone = |own: &SeenNumber| format!("{text}{}", own.text("", 1.0));
         let mut together = text.to_owned();
         for (k, own) in all.iter().enumerate() {
             let found = asked(&own.what(), &alone(own), false);

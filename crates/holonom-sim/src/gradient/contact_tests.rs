@@ -1,7 +1,7 @@
 //! Gradients by the numbers of compliant contacts, elastic stops and smooth friction against
 //! central differences of whole runs, and what is refused.
 
-use super::comparison::{PATH, Seen, Worst, sensing};
+use super::comparison::{PATH, SeenNumber, Worst, sensing};
 use super::force_models::without_objectives;
 use super::tests::{LINKAGE, changed, check, found};
 
@@ -168,7 +168,7 @@ fn forces_and_gaps_of_contacts_agree_with_differences() {
         ("type = \"gap\"\nof = \"floor\"\n", "", PATH),
         ("type = \"gap\"\nof = \"each other\"\n", "", ""),
     ];
-    let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+    let all = all.map(|(sensor, part, at)| SeenNumber::new(sensor, part, at));
     Worst::default().compare_all(&text, &all, [1e-6, 1e-11]);
 }
 
@@ -210,7 +210,7 @@ fn shapes_that_touch_have_derivatives() {
         ("type = \"gap\"\nof = \"floor\"\n", "", PATH),
         ("type = \"gap\"\nof = \"each other\"\n", "", ""),
     ];
-    let all = all.map(|(sensor, part, at)| Seen::new(sensor, part, at));
+    let all = all.map(|(sensor, part, at)| SeenNumber::new(sensor, part, at));
     Worst::default().compare_all(&text, &all, [1e-6, 1e-11]);
 }
 

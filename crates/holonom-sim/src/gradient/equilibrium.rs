@@ -9,7 +9,7 @@
 use crate::design::refused;
 use crate::shown::{all_read, named};
 use crate::statics::{Statics, growing};
-use crate::system::outside::{Outside, OutsideMotion, Still};
+use crate::system::outside::{ExternalActions, OutsideMotion, Still};
 use crate::system::time_function::TimeFunctions;
 use holonom_model::{Constraint, CountedAt, Model, ModelError, Problem, Scheme, SensorKind, Start};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub(crate) struct AtEnd {
     /// The model with its loads as they grow, as one of a motion.
     pub(crate) model: Model,
     /// What holds it at the end.
-    pub(crate) outside: Outside,
+    pub(crate) outside: ExternalActions,
     /// Time of the loads there, s.
     pub(crate) t: f64,
 }
@@ -29,7 +29,7 @@ impl AtEnd {
     ///
     /// # Errors
     /// [`ModelError`] where the path does not reach its end.
-    pub(crate) fn of(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+    pub(crate) fn of(model: &Model, outside: &ExternalActions) -> Result<Self, ModelError> {
         let mut statics = Statics::with_outside(model, outside)?;
         statics.reach_end().map_err(|failure| {
             let message = format!(
@@ -59,7 +59,7 @@ impl AtEnd {
         });
         let motions = held.collect();
         let still = Some(Still { q, angles, unstable, neutral });
-        Ok(Self { model: run, outside: Outside { motions, still, ..outside.clone() }, t })
+        Ok(Self { model: run, outside: ExternalActions { motions, still, ..outside.clone() }, t })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Gradients of sensors that need forces, orientations and accelerations: the number is that of
 //! `sensors.csv`, its derivatives are those of whole runs, forward as backward.
 
-use super::comparison::{PATH, Seen, Worst, seen, sensing};
+use super::comparison::{PATH, SeenNumber, Worst, seen, sensing};
 use super::force_models::{
     ACCELERATIONS, BALLS, DRAGGED, DRIVEN, EFFORTS, FORCES, HELD, LAGGING, LAGS, LOADS,
     ORIENTATIONS, REACTIONS, READING, SLACK, THREADED, TUNED, TURNS, WORKS, conservative, far,
@@ -12,12 +12,12 @@ use super::tests::FLYING;
 use super::tests::LINKAGE;
 use super::{GradientFailure, Wanted, gradient};
 use crate::shown::Shown;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::{Model, ModelError, ModelText};
 use std::path::Path;
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Task};
-use vi_control::identification::Reading;
+use vi_control::identification::MeasuredReading;
 use vi_control::node::{Node, NodeQuantity, RateOf};
 use vi_control::sensitivities::{Beside, Direction, Sensitivities};
 use vi_core::Motion;
@@ -225,12 +225,12 @@ fn numbers_of_signals_with_states_agree_with_differences() {
                  value = \"k*slow + steers*slide.rate - c*bounded + shaped + charge\"\n";
     let mut all = of(&["effort", "work", "joint_acceleration"], "");
     all.extend(of(&["power"], PATH));
-    all.push(Seen::new(shown, "", PATH));
+    all.push(SeenNumber::new(shown, "", PATH));
     Worst::default().compare_all(&text, &all, WITHIN);
     for order in ["2", "4"] {
         let galerkin = by(&text, &format!("method = \"galerkin\"\norder = {order}\n"));
         let mut at_end = of(&["effort", "work"], "");
-        at_end.push(Seen::new(shown, "", PATH));
+        at_end.push(SeenNumber::new(shown, "", PATH));
         Worst::default().compare_all(&galerkin, &at_end, WITHIN);
     }
 }
@@ -263,7 +263,7 @@ fn signals_at_a_relaxed_start_agree_with_differences() {
         let text = by(text, "start = \"relaxed\"\n");
         for (steps, at) in [("", ""), ("", PATH), ("method = \"galerkin\"\norder = 4\n", "")] {
             let effort = "type = \"effort\"\nof = \"pushes\"\n";
-            let own = [Seen::new(place, "x", at), Seen::new(effort, "", at)];
+            let own = [SeenNumber::new(place, "x", at), SeenNumber::new(effort, "", at)];
             Worst::default().compare_all(&by(&text, steps), &own, WITHIN);
         }
     }
@@ -468,7 +468,8 @@ fn forces_by_the_time_step_agree_with_differences() {
             let text = sensing(&by(text, steps), sensor, part, at);
             let source = ModelText::from_text(Path::new("model.toml"), text);
             let model = source.model(&[]).unwrap();
-            let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+            let mut prepared =
+                Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
             let (controls, objective) = (&prepared.controls, &prepared.costs.sum);
             let (steps, checkpoints) = (prepared.steps, Checkpoints::All);
             let task =
@@ -491,7 +492,7 @@ fn forces_by_the_time_step_agree_with_differences() {
             let value = |h: f64| {
                 let mut model = model.clone();
                 (model.settings.step, model.settings.end) = (h, h * steps as f64);
-                let mut own = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+                let mut own = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
                 own.value().unwrap()
             };
             let central = |e: f64| (value(h + e * h) - value(h - e * h)) / (2.0 * e * h);
@@ -532,10 +533,10 @@ pub(super) fn same_bits_with_checkpoints(text: &str, by_step: bool) {
     for checkpoints in
         [Checkpoints::All, Checkpoints::Every(1), Checkpoints::Every(7), Checkpoints::Memory(9000)]
     {
-        let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+        let mut prepared = Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
         let tangents = Wanted::everything();
         let tangents = tangents.tangents((&source, &[], &model), &prepared.system).unwrap();
-        prepared.depend((&[], &super::Prices::default()), &tangents).unwrap();
+        prepared.depend(&[], &super::Prices::default(), &tangents).unwrap();
         let begin = Begin::new(&mut prepared).unwrap();
         let design =
             crate::design::mechanism_design(&prepared.system, &begin.mass, &tangents).unwrap();
@@ -570,7 +571,7 @@ fn bend_error(of: (&Model, &mut Prepared, &Begin), part: &str) -> f64 {
     let (rows, system) = (begin.rows(), &mut prepared.system);
     let shown = Shown::of((model, rows), system, "key", (sensor, part), &[]).unwrap();
     let number: Box<dyn NodeQuantity> = match shown {
-        Shown::Configuration(own, Reading::Rate) => Box::new(RateOf(own)),
+        Shown::Configuration(own, MeasuredReading::Rate) => Box::new(RateOf(own)),
         Shown::Configuration(..) => panic!("of the configuration"),
         Shown::Node(own) => own,
     };
@@ -627,7 +628,8 @@ fn second_derivatives_of_numbers_agree_with_differences() {
             let source =
                 ModelText::from_text(Path::new("model.toml"), sensing(text, &sensor, part, ""));
             let model = source.model(&[]).unwrap_or_else(|error| panic!("{sensor}: {error}"));
-            let mut prepared = Prepared::new(&model, &[], (&[], &Outside::default())).unwrap();
+            let mut prepared =
+                Prepared::new(&model, &[], &[], &ExternalActions::default()).unwrap();
             let begin = Begin::new(&mut prepared).unwrap();
             let error = bend_error((&model, &mut prepared, &begin), part);
             println!("{part} of {}: {error:.1e}", sensor.replace('\n', " "));

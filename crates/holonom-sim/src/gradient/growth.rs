@@ -1,16 +1,16 @@
 //! How much a change of the start grows, and what each term costs beside the run of a gradient.
 
 use super::objective::Costs;
-use super::prepared::{Along, Begin, Prepared};
+use super::prepared::{Begin, PathCost, Prepared};
 use super::{TermValue, Wanted};
 use crate::simulation::variational;
 use crate::system;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::{Family, Model, ModelError};
 use vi_control::controls::Controls;
 use vi_control::gradient::Passing;
 use vi_control::growth::Neighbour;
-use vi_control::sensitivities::Growth;
+use vi_control::sensitivities::DerivativeGrowth;
 use vi_core::State;
 
 /// How much a change of the start grows in a run of a model of so many steps; up to
@@ -22,14 +22,14 @@ use vi_core::State;
 /// [`MEANINGLESS`]: vi_control::sensitivities::MEANINGLESS
 pub(crate) fn growth(
     model: &Model,
-    (outside, values): (&Outside, &[Vec<f64>]),
+    (outside, values): (&ExternalActions, &[Vec<f64>]),
     steps: usize,
-) -> Result<Growth, ModelError> {
+) -> Result<DerivativeGrowth, ModelError> {
     let mut model = model.clone();
     model.settings.newton_tolerance = 0.0; // what is left of a step would count as a difference
-    let mut prepared = Prepared::new(&model, &[], (values, outside))?;
+    let mut prepared = Prepared::new(&model, &[], values, outside)?;
     let Family::Variational(kind) = model.settings.scheme.family() else {
-        return Ok(Growth::NONE); // equilibria
+        return Ok(DerivativeGrowth::NONE); // equilibria
     };
     let begin = Begin::new(&mut prepared)?;
     let Prepared { model, simulation, outside, controls, .. } = &mut prepared;
@@ -57,12 +57,12 @@ pub(super) fn terms_of<'a>(model: &'a Model, wanted: &Wanted) -> Vec<&'a String>
 
 /// What each term costs, beside the run of a gradient: of several, where no steps count.
 #[derive(Default)]
-pub(super) struct Terms {
-    all: Vec<(String, Along<Costs>)>,
+pub(super) struct TermCosts {
+    all: Vec<(String, PathCost<Costs>)>,
     h: f64,
 }
 
-impl Terms {
+impl TermCosts {
     pub(super) fn new(prepared: &mut Prepared, wanted: &Wanted) -> Result<Self, ModelError> {
         let model = prepared.model.clone();
         let (names, mut all) = (terms_of(&model, wanted), Vec::new());
@@ -71,7 +71,7 @@ impl Terms {
         controls.set(0);
         for name in names.iter().filter(|_| names.len() > 1 && !costs.sum.counts_steps()) {
             let own = Costs::new(&model, (&mut *system, &*run), std::slice::from_ref(*name), &[])?;
-            all.push(((*name).clone(), Along::begin(own, run.state())));
+            all.push(((*name).clone(), PathCost::begin(own, run.state())));
         }
         Ok(Self { all, h: model.settings.step })
     }
@@ -88,7 +88,7 @@ impl Terms {
 
     /// Their values at the end of the run; none where one run does not show them.
     pub(super) fn values(self, end: &State, controls: &Controls) -> Vec<TermValue> {
-        let value = |(name, mut own): (String, Along<Costs>)| {
+        let value = |(name, mut own): (String, PathCost<Costs>)| {
             let value = own.end(end, controls, self.h);
             TermValue { name, value }
         };

@@ -59,14 +59,14 @@ use crate::design::{self, LEAVE_OUT, ModelTangent, key_of, refused};
 use crate::shown::depends_on;
 use crate::start::independent::TreeCoordinate;
 use crate::system::System;
-use crate::system::outside::{JointStart, Outside};
-use growth::Terms;
+use crate::system::outside::{ExternalActions, JointStart};
+use growth::TermCosts;
 use holonom_model::{Model, ModelError, ModelText, Override};
 use objective::Costs;
 pub(crate) use objective::Prices;
 use prepared::{Begin, Prepared};
 use serde::Serialize;
-use trial::{InitialCoordinate, StatedStart};
+use trial::{InitialCoordinate, ModelStart};
 use vi_control::checkpoints::Checkpoints;
 use vi_control::gradient::{Gradient, Passing, SUSPECT, Task};
 use vi_control::objective::Objective;
@@ -167,8 +167,8 @@ impl Wanted {
         Ok(Self { controls: false, initial: false, step: false, ..self.clone() })
     }
 
-    fn outside(&self) -> Outside {
-        Outside { start: self.start.clone(), ..Outside::default() }
+    fn outside(&self) -> ExternalActions {
+        ExternalActions { start: self.start.clone(), ..ExternalActions::default() }
     }
 
     /// The joints whose start is given.
@@ -234,7 +234,7 @@ pub struct TermValue {
 
 /// The equilibrium at the end of a path.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Equilibrium {
+pub struct EndEquilibrium {
     /// Time of the loads, s.
     pub t: f64,
     /// Directions in which it is unstable.
@@ -271,7 +271,7 @@ pub struct ModelGradient {
     pub meaningless_from: Option<f64>,
     /// The equilibrium of which it is; `None` of a motion.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub equilibrium: Option<Equilibrium>,
+    pub equilibrium: Option<EndEquilibrium>,
     /// Comparisons with central differences.
     pub checks: Vec<Check>,
 }
@@ -364,7 +364,7 @@ fn sweep(
     wanted: &Wanted,
     (prices, is_shown): (&Prices, bool),
 ) -> Result<(ModelGradient, f64), GradientFailure> {
-    let mut prepared = Prepared::new(from, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(from, &wanted.of, &wanted.values, &wanted.outside())?;
     let own = prepared.model.clone();
     let model = &*own;
     let wanted = wanted.of_run(&prepared)?;
@@ -372,11 +372,11 @@ fn sweep(
         true => wanted.tangents((text, overrides, model), &prepared.system)?,
         false => Vec::new(),
     };
-    prepared.depend((&wanted.of, prices), &tangents)?;
+    prepared.depend(&wanted.of, prices, &tangents)?;
     let begin = Begin::new(&mut prepared)?;
     let mut terms = match is_shown {
-        true => Terms::new(&mut prepared, &wanted)?,
-        false => Terms::default(),
+        true => TermCosts::new(&mut prepared, &wanted)?,
+        false => TermCosts::default(),
     };
     let design = design::mechanism_design(&prepared.system, &begin.mass, &tangents)?;
     let mechanism = &prepared.system.mechanism;
@@ -385,7 +385,7 @@ fn sweep(
     let changes: Vec<StartTangent> = match given.is_empty() {
         true => {
             let run = prepared.simulation.integrator();
-            begin.changes(&of, run, (&design, &tangents))?
+            begin.changes(&of, run, &design, &tangents)?
         }
         false => begin.given(&of, &tangents, &given)?.parameters,
     };
@@ -448,7 +448,7 @@ fn sweep(
         ByControl { name: own.name.clone(), derivatives }
     };
     let equilibrium = prepared.outside.still.as_ref();
-    let equilibrium = equilibrium.map(|own| Equilibrium { t: begin.t, unstable: own.unstable });
+    let equilibrium = equilibrium.map(|own| EndEquilibrium { t: begin.t, unstable: own.unstable });
     let gradient = ModelGradient {
         model: model.header.name.clone(),
         steps: prepared.steps,
@@ -511,8 +511,8 @@ pub fn inexact(model: &Model) -> Option<String> {
 /// # Errors
 /// [`ModelError`]: the model has no start, or something that is free has no joint.
 pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, Option<f64>)>, ModelError> {
-    let (chosen, is_free) = coordinates_and_rates(model, &Outside::default())?;
-    let stated = StatedStart::of(model)?;
+    let (chosen, is_free) = coordinates_and_rates(model, &ExternalActions::default())?;
+    let stated = ModelStart::of(model)?;
     let one = |((joint, freedom), is_free): ((String, usize), bool)| {
         let both = InitialCoordinate::both(model, &joint, freedom);
         let [value, rate] = both.map(|own| stated.value(&own));
@@ -527,7 +527,7 @@ pub fn initial_values(model: &Model) -> Result<Vec<(String, usize, f64, Option<f
 /// As of [`initial_values`].
 pub(crate) fn independent_coordinates(
     model: &Model,
-    outside: &Outside,
+    outside: &ExternalActions,
 ) -> Result<Vec<(String, usize)>, ModelError> {
     Ok(coordinates_and_rates(model, outside)?.0)
 }
@@ -535,9 +535,9 @@ pub(crate) fn independent_coordinates(
 /// The same, and which of their rates are free.
 fn coordinates_and_rates(
     model: &Model,
-    outside: &Outside,
+    outside: &ExternalActions,
 ) -> Result<(Vec<(String, usize)>, Vec<bool>), ModelError> {
-    let mut prepared = Prepared::new(model, &[], (&[], outside))?;
+    let mut prepared = Prepared::new(model, &[], &[], outside)?;
     let begin = Begin::new(&mut prepared)?;
     let mechanism = &prepared.system.mechanism;
     let of = begin.of(model, mechanism);
@@ -580,7 +580,7 @@ fn terms(model: &Model, wanted: &Wanted, out: &mut ModelGradient) -> Result<(), 
     if !out.terms.is_empty() {
         return Ok(());
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
     let model = &*prepared.model;
     let costs: Result<Vec<Costs>, ModelError> = names
         .iter()
@@ -607,7 +607,7 @@ fn stay_redundant(
     if !model.has_velocity_constraints() {
         return Ok(()); // equilibria have none
     }
-    let mut prepared = Prepared::new(model, &wanted.of, (&wanted.values, &wanted.outside()))?;
+    let mut prepared = Prepared::new(model, &wanted.of, &wanted.values, &wanted.outside())?;
     let mechanism = &prepared.system.mechanism;
     let left_out = |row: usize| begin.rows().redundant().any(|own| own == row);
     let scalars = 0..mechanism.description().scalars.len();

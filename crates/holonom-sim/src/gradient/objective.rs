@@ -1,8 +1,8 @@
 //! The objectives of a model as terms of a cost.
 
 use crate::design::{ModelTangent, refused};
-use crate::shown::configuration::{Measured, Sensed};
-use crate::shown::counted::Counted;
+use crate::shown::configuration::{MeasuredNumber, Sensed};
+use crate::shown::counted::CountedTerm;
 use crate::shown::{Shown, forces};
 use crate::system::System;
 use holonom_model::{
@@ -10,13 +10,16 @@ use holonom_model::{
 };
 use std::collections::BTreeMap;
 use vi_control::controls::Controls;
-use vi_control::identification::Reading;
+use vi_control::identification::MeasuredReading;
 use vi_control::momentum::TerminalMomentum;
 use vi_control::objective::{
-    self, Effort, Judged, Objective, Quantity as _, Running, StepGradient, Term, Terminal, Time,
+    self, CostTerm, Effort, NumberCost, Objective, Quantity as _, Running, StepGradient, Terminal,
+    Time,
 };
 use vi_control::priced::{AtNodes, VelocityAlong};
-use vi_control::terminal_rate::{Level, NodeQuantity, NodeSources, RateOf, TerminalRate};
+use vi_control::terminal_rate::{
+    AccelerationLevel, NodeQuantity, NodeSources, RateOf, TerminalRate,
+};
 use vi_control::transcription::PriceOfRest;
 use vi_core::Interval;
 use vi_multibody::design::MovedCoordinate;
@@ -84,13 +87,13 @@ pub(crate) struct Costs {
 }
 
 /// `Σ w Δθ`.
-struct Work {
+struct WorkTerm {
     coordinates: Vec<(usize, JointCoordinate)>,
     /// By parameters: of those coordinates that change, control and change.
     moved: Vec<Vec<(usize, MovedCoordinate)>>,
 }
 
-impl Term for Work {
+impl CostTerm for WorkTerm {
     fn of_step(&self, s: &Interval, w: &[f64]) -> f64 {
         self.coordinates.iter().map(|(k, own)| w[*k] * own.change(s).difference).sum()
     }
@@ -115,11 +118,11 @@ impl Costs {
     /// parameters of `tangents`.
     pub(crate) fn new(
         model: &Model,
-        parts: (&mut System, &MechanismIntegrator),
+        (system, run): (&mut System, &MechanismIntegrator),
         of: &[String],
         tangents: &[ModelTangent],
     ) -> Result<Self, ModelError> {
-        Self::priced(model, parts, (of, &Prices::default()), tangents)
+        Self::priced(model, (system, run), (of, &Prices::default()), tangents)
     }
 
     /// The same with the prices of conditions.
@@ -134,12 +137,12 @@ impl Costs {
         let chosen = model.objectives.iter().filter(|own| of.is_empty() || of.contains(&own.name));
         for own in chosen {
             match prices.nodes.get(&own.name) {
-                Some(at) => costs.add_at_nodes(model, (system, run), (own, at), tangents)?,
-                None => costs.add(model, (system, run), own, tangents)?,
+                Some(at) => costs.add_at_nodes(model, system, run, own, at, tangents)?,
+                None => costs.add(model, system, run, own, tangents)?,
             }
         }
-        costs.add_rest(model, (system, run), &prices.rest, tangents)?;
-        costs.add_turns(model, (system, run), &prices.turns, tangents);
+        costs.add_rest(model, system, run, &prices.rest, tangents)?;
+        costs.add_turns(model, system, run, &prices.turns, tangents);
         Ok(costs)
     }
 
@@ -147,19 +150,23 @@ impl Costs {
     fn add_at_nodes(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
-        (own, at): (&Stated, &[(usize, f64)]),
+        system: &mut System,
+        run: &MechanismIntegrator,
+        own: &Stated,
+        at: &[(usize, f64)],
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        let Counted::Sensor { key, of, judged } = Counted::of(model, own)? else { return Ok(()) };
+        let CountedTerm::Sensor { key, of, judged } = CountedTerm::of(model, own)? else {
+            return Ok(());
+        };
         let shown = Shown::of((model, run.rows()), system, &key, of, tangents)?;
         let from = (model, &*system, run);
-        let term: Box<dyn Term> = match shown {
+        let term: Box<dyn CostTerm> = match shown {
             Shown::Node(number) => Box::new(rate_term(&key, (number, judged), from, tangents)?),
-            Shown::Configuration(quantity, Reading::Rate) => {
+            Shown::Configuration(quantity, MeasuredReading::Rate) => {
                 Box::new(rate_term(&key, (RateOf(quantity), judged), from, tangents)?)
             }
-            Shown::Configuration(quantity, Reading::Value) => {
+            Shown::Configuration(quantity, MeasuredReading::Value) => {
                 Box::new(Terminal { quantity, judged })
             }
         };
@@ -172,7 +179,8 @@ impl Costs {
     fn add_turns(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         turns: &BTreeMap<usize, Vec<(usize, f64)>>,
         tangents: &[ModelTangent],
     ) {
@@ -182,10 +190,10 @@ impl Costs {
                 let of_tree = mechanism.description().joints.get(k);
                 let unknown = of_tree.and_then(|own| mechanism.tree().unknown_of(own, freedom));
                 let priced = unknown.and_then(|own| Some((own.sign, turns.get(&own.index)?)));
-                let angle = Measured::coordinate(model, mechanism, &joint.name, freedom);
+                let angle = MeasuredNumber::coordinate(model, mechanism, &joint.name, freedom);
                 let (Some((sign, at)), Some(angle)) = (priced, angle) else { continue };
                 let quantity = Sensed::new(angle, mechanism, &joint.name, tangents);
-                let term = Box::new(Terminal { quantity, judged: Judged::Itself });
+                let term = Box::new(Terminal { quantity, judged: NumberCost::Itself });
                 let term = AtNodes::new(term, nodes_of(model, run), at.iter().copied());
                 self.sum.add_along(sign, Box::new(term));
             }
@@ -196,14 +204,15 @@ impl Costs {
     fn add_rest(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         rest: &PriceOfRest,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         match rest {
             PriceOfRest::Free => (),
             PriceOfRest::All(momentum) => {
-                let number = (VelocityAlong(momentum.clone()), Judged::Itself);
+                let number = (VelocityAlong(momentum.clone()), NumberCost::Itself);
                 let term = rate_term("condition", number, (model, &*system, run), tangents)?;
                 self.sum.add(1.0, Box::new(term));
             }
@@ -219,15 +228,18 @@ impl Costs {
     fn add(
         &mut self,
         model: &Model,
-        (system, run): (&mut System, &MechanismIntegrator),
+        system: &mut System,
+        run: &MechanismIntegrator,
         own: &Stated,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
-        match Counted::of(model, own)? {
-            Counted::Effort(places) => self.sum.add(own.weight, Box::new(Effort { of: places })),
-            Counted::Time => self.sum.add(own.weight, Box::new(Time)),
-            Counted::Rate(places) => self.of_rates.push((own.weight, places)),
-            Counted::Work(places) => {
+        match CountedTerm::of(model, own)? {
+            CountedTerm::Effort(places) => {
+                self.sum.add(own.weight, Box::new(Effort { of: places }))
+            }
+            CountedTerm::Time => self.sum.add(own.weight, Box::new(Time)),
+            CountedTerm::Rate(places) => self.of_rates.push((own.weight, places)),
+            CountedTerm::Work(places) => {
                 let mut coordinates = Vec::new();
                 for k in places {
                     let control = &model.controls[k];
@@ -249,10 +261,10 @@ impl Costs {
                     coordinates.iter().filter_map(of).collect()
                 };
                 let moved = tangents.iter().map(moved).collect();
-                self.sum.add(own.weight, Box::new(Work { coordinates, moved }));
+                self.sum.add(own.weight, Box::new(WorkTerm { coordinates, moved }));
             }
-            Counted::Momentum => self.add_momentum(system, own, tangents)?,
-            Counted::Sensor { key, of, judged } => {
+            CountedTerm::Momentum => self.add_momentum(system, own, tangents)?,
+            CountedTerm::Sensor { key, of, judged } => {
                 let counted = (own, judged);
                 self.add_sensor(model, (system, run), counted, (&key, of), tangents)?;
             }
@@ -276,7 +288,7 @@ impl Costs {
         &mut self,
         model: &Model,
         (system, run): (&mut System, &MechanismIntegrator),
-        (own, judged): (&Stated, Judged),
+        (own, judged): (&Stated, NumberCost),
         (key, of): (&str, (&Sensor, Option<&str>)),
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
@@ -287,18 +299,18 @@ impl Costs {
             }
             Shown::Configuration(quantity, reading) => (quantity, reading),
         };
-        let term: Box<dyn Term> = match (reading, own.at) {
-            (Reading::Rate, _) => {
+        let term: Box<dyn CostTerm> = match (reading, own.at) {
+            (MeasuredReading::Rate, _) => {
                 let from = (model, &*system, run);
                 return self.add_rate((own, judged), RateOf(quantity), from, tangents);
             }
-            (Reading::Value, CountedAt::Path) if quantity.is_continued() => {
+            (MeasuredReading::Value, CountedAt::Path) if quantity.is_continued() => {
                 let term = Terminal { quantity, judged };
                 self.sum.add_along(own.weight, Box::new(term));
                 return Ok(());
             }
-            (Reading::Value, CountedAt::End) => Box::new(Terminal { quantity, judged }),
-            (Reading::Value, CountedAt::Path) => Box::new(Running { quantity, judged }),
+            (MeasuredReading::Value, CountedAt::End) => Box::new(Terminal { quantity, judged }),
+            (MeasuredReading::Value, CountedAt::Path) => Box::new(Running { quantity, judged }),
         };
         self.sum.add(own.weight, term);
         Ok(())
@@ -307,7 +319,7 @@ impl Costs {
     /// A number of a node with its velocity, its multipliers, its acceleration.
     fn add_rate<Q: NodeQuantity + 'static>(
         &mut self,
-        (own, judged): (&Stated, Judged),
+        (own, judged): (&Stated, NumberCost),
         quantity: Q,
         (model, system, run): (&Model, &System, &MechanismIntegrator),
         tangents: &[ModelTangent],
@@ -377,24 +389,24 @@ fn nodes_of(model: &Model, run: &MechanismIntegrator) -> (f64, f64, usize) {
 /// A number of a node that follows from configuration and velocity.
 fn rate_term<Q: NodeQuantity + 'static>(
     key: &str,
-    number: (Q, Judged),
-    from: (&Model, &System, &MechanismIntegrator),
+    (quantity, cost): (Q, NumberCost),
+    (model, system, run): (&Model, &System, &MechanismIntegrator),
     tangents: &[ModelTangent],
 ) -> Result<TerminalRate<Q>, ModelError> {
-    rate_term_by(key, number, from, (tangents, None))
+    rate_term_by(key, (quantity, cost), (model, system, run), (tangents, None))
 }
 
 /// The same of one that may follow from the acceleration level.
 fn rate_term_by<Q: NodeQuantity + 'static>(
     key: &str,
-    (quantity, judged): (Q, Judged),
+    (quantity, judged): (Q, NumberCost),
     (model, system, run): (&Model, &System, &MechanismIntegrator),
-    (tangents, level): (&[ModelTangent], Option<Level>),
+    (tangents, level): (&[ModelTangent], Option<AccelerationLevel>),
 ) -> Result<TerminalRate<Q>, ModelError> {
     let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
     let masses = forces::masses((model, system), run, quantity.reads_velocity());
     let sources = NodeSources { level, masses };
-    TerminalRate::with((quantity, judged), run, &numbers, sources).map_err(|error| {
+    TerminalRate::with(quantity, judged, run, &numbers, sources).map_err(|error| {
         let help = "take a position or a joint coordinate";
         refused(key, error.to_string(), help)
     })

@@ -11,7 +11,7 @@ use crate::simulation::Simulation;
 use crate::start::independent::TreeCoordinate;
 use crate::start::{How, StartValues};
 use crate::system::input::Input;
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use crate::system::works::ForceWork;
 use crate::system::{self, System};
 use holonom_model::{Control, Model, ModelError, Scheme, SensorKind};
@@ -22,10 +22,10 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{InitialValues, initialization};
 use vi_control::controls::{ControlForce, Controls, JointControl, ParticleControl, WrenchControl};
 use vi_control::gradient::GradientError;
-use vi_control::objective::{Known, NodeCost, Objective, Place, Seen, Which};
+use vi_control::objective::{Known, NodeCost, NodePlace, NotedNode, Objective, Which};
 use vi_control::sampling::Sampling;
 use vi_control::sensitivities::{Beside, Increment, NodeForces, Sensitivities};
-use vi_control::terminal_rate::{NodeSources, RateError};
+use vi_control::terminal_rate::{NodeSources, TerminalRateError};
 use vi_core::interval::Interval;
 use vi_core::{Configuration, MechanicalSystem as _, SparseMatrix, State};
 use vi_multibody::design::MechanismDesign;
@@ -55,7 +55,7 @@ pub(crate) struct Prepared {
     pub(crate) system: System,
     pub(crate) controls: Controls,
     pub(crate) costs: Costs,
-    pub(crate) outside: Outside,
+    pub(crate) outside: ExternalActions,
     pub(crate) steps: usize,
 }
 
@@ -64,16 +64,17 @@ impl Prepared {
     pub(crate) fn new(
         model: &Model,
         of: &[String],
-        with: (&[Vec<f64>], &Outside),
+        values: &[Vec<f64>],
+        outside: &ExternalActions,
     ) -> Result<Self, ModelError> {
-        Self::beginning_at(model, of, with, 0.0)
+        Self::beginning_at(model, of, (values, outside), 0.0)
     }
 
     /// The same from another time than 0, s.
     pub(crate) fn beginning_at(
         model: &Model,
         of: &[String],
-        (values, start): (&[Vec<f64>], &Outside),
+        (values, start): (&[Vec<f64>], &ExternalActions),
         t: f64,
     ) -> Result<Self, ModelError> {
         supported(model)?;
@@ -82,7 +83,8 @@ impl Prepared {
         let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let counted = [counted(model), start.counted.clone()].concat();
         let works = [works(model, of), start.works.clone()].concat();
-        let mut outside = Outside { inputs: inputs.clone(), counted, works, ..start.clone() };
+        let mut outside =
+            ExternalActions { inputs: inputs.clone(), counted, works, ..start.clone() };
         let (mut model, mut t) = (Arc::new(model.clone()), t);
         if is_static {
             equilibrium::supported(&model, of)?;
@@ -113,12 +115,13 @@ impl Prepared {
     /// The costs with their derivatives by parameters, conditions at their prices.
     pub(crate) fn depend(
         &mut self,
-        of: (&[String], &Prices),
+        names: &[String],
+        prices: &Prices,
         tangents: &[ModelTangent],
     ) -> Result<(), ModelError> {
         let (model, system) = (&*self.model, &mut self.system);
         let parts = (system, &*self.simulation.integrator());
-        self.costs = Costs::priced(model, parts, of, tangents)?;
+        self.costs = Costs::priced(model, parts, (names, prices), tangents)?;
         self.sample(tangents)
     }
 
@@ -144,9 +147,10 @@ impl Prepared {
         let numbers: Vec<_> = tangents.iter().map(|own| own.numbers.clone()).collect();
         let masses = forces::masses((model, system), run, true);
         let sources = NodeSources { level: None, masses };
-        let sampling = Sampling::new((signals, first), run, &numbers, sources);
-        let refusal =
-            |error: RateError| refused("signal", error.to_string(), "sample nothing of velocities");
+        let sampling = Sampling::new(signals, first, run, &numbers, sources);
+        let refusal = |error: TerminalRateError| {
+            refused("signal", error.to_string(), "sample nothing of velocities")
+        };
         controls.sample(Some(sampling.map_err(refusal)?));
         Ok(())
     }
@@ -154,12 +158,12 @@ impl Prepared {
     /// `J` of the run from its start.
     pub(crate) fn value(&mut self) -> Result<f64, GradientFailure> {
         let Self { simulation, controls, costs, steps, .. } = self;
-        Ok(values_along(simulation, (controls, *steps), &[costs])?.iter().sum())
+        Ok(values_along(simulation, controls, *steps, &[costs])?.iter().sum())
     }
 
     /// The values of other costs along the run from its start.
     pub(crate) fn values_of(&mut self, costs: &[&Costs]) -> Result<Vec<f64>, GradientFailure> {
-        values_along(&mut self.simulation, (&self.controls, self.steps), costs)
+        values_along(&mut self.simulation, &self.controls, self.steps, costs)
     }
 }
 
@@ -207,13 +211,14 @@ impl StepCosts {
     /// What a node costs by its multipliers and, at the ends of the run, by its acceleration.
     fn add_node(
         &self,
-        all: &mut [Along<&Costs>],
-        (run, controls): (&mut MechanismIntegrator, &Controls),
+        all: &mut [PathCost<&Costs>],
+        run: &mut MechanismIntegrator,
+        controls: &Controls,
         step: usize,
     ) -> Result<(), GradientFailure> {
         let (is_first, is_last) = (step == 0, step == self.steps);
         let weight = if is_first || is_last { 0.5 * self.h } else { self.h };
-        let at = Place { weight, is_last };
+        let at = NodePlace { weight, is_last };
         if all.iter().any(|along| along.own.sum.counts_steps()) {
             controls.set(step);
         }
@@ -228,28 +233,28 @@ impl StepCosts {
         let a = self.before.as_ref().filter(|_| !is_last && !found.next.dq.is_empty());
         let a = a.map(|before| before.acceleration(&found.next, self.h).dq);
         let state = run.state();
-        for Along { own, value, .. } in all {
+        for PathCost { own, value, .. } in all {
             let which = if is_first { Which::All } else { Which::OfAccelerations };
             if is_first || is_last {
-                *value += own.sum.steps().of(which, (state, Known::STATE), at);
+                *value += own.sum.steps().of(which, state, Known::STATE, at);
             }
             if !is_first {
                 let known = Known { lambda: Some(&found.lambda), a: a.as_deref() };
-                *value += own.sum.steps().of(Which::OfForces, (state, known), at);
+                *value += own.sum.steps().of(Which::OfForces, state, known, at);
             }
         }
         Ok(())
     }
 
     /// What the node costs by its acceleration where a step of `dq` began.
-    fn add_step(&mut self, all: &mut [Along<&Costs>], node: &State, dq: Vec<f64>) {
+    fn add_step(&mut self, all: &mut [PathCost<&Costs>], node: &State, dq: Vec<f64>) {
         let next = Increment { dq, ..Increment::default() };
         if let Some(before) = &self.before {
             let a = before.acceleration(&next, self.h).dq;
-            let at = Place { weight: self.h, is_last: false };
-            for Along { own, value, .. } in all {
+            let at = NodePlace { weight: self.h, is_last: false };
+            for PathCost { own, value, .. } in all {
                 let known = Known { a: Some(&a), ..Known::STATE };
-                *value += own.sum.steps().of(Which::OfAccelerations, (node, known), at);
+                *value += own.sum.steps().of(Which::OfAccelerations, node, known, at);
             }
         }
         self.before = Some(next);
@@ -258,17 +263,17 @@ impl StepCosts {
 
 /// A cost that is counted along a run, but for what its steps cost by multipliers and
 /// accelerations.
-pub(super) struct Along<C> {
+pub(super) struct PathCost<C> {
     own: C,
     node: NodeCost,
     value: f64,
 }
 
-impl<C: Borrow<Costs>> Along<C> {
+impl<C: Borrow<Costs>> PathCost<C> {
     /// From the start of a run on, whose first controls act.
     pub(super) fn begin(own: C, start: &State) -> Self {
         let sum = &own.borrow().sum;
-        sum.follow(start, Seen::First);
+        sum.follow(start, NotedNode::First);
         let node = NodeCost::of(sum, start);
         Self { own, node, value: 0.0 }
     }
@@ -281,7 +286,7 @@ impl<C: Borrow<Costs>> Along<C> {
     /// The node where a macro step ends; the controls of the step from there act.
     pub(super) fn reach(&mut self, node: &State) {
         let sum = &self.own.borrow().sum;
-        sum.follow(node, Seen::Next);
+        sum.follow(node, NotedNode::Next);
         self.value += self.node.step_to(sum, node);
     }
 
@@ -295,17 +300,18 @@ impl<C: Borrow<Costs>> Along<C> {
 /// The values of costs along a run of this many steps.
 fn values_along(
     simulation: &mut Simulation,
-    (controls, steps): (&Controls, usize),
+    controls: &Controls,
+    steps: usize,
     costs: &[&Costs],
 ) -> Result<Vec<f64>, GradientFailure> {
     let h = simulation.settings.step;
     let run = simulation.integrator();
     controls.set(0);
-    let mut all: Vec<_> = costs.iter().map(|own| Along::begin(*own, run.state())).collect();
+    let mut all: Vec<_> = costs.iter().map(|own| PathCost::begin(*own, run.state())).collect();
     let accelerate = costs.iter().any(|own| own.sum.counts_accelerations());
     let mut beside = StepCosts { before: None, steps, h };
     for step in 0..steps {
-        beside.add_node(&mut all, (run, controls), step)?;
+        beside.add_node(&mut all, run, controls, step)?;
         controls.set(step);
         let w = controls.at(step);
         let (node, mut dq) = (accelerate.then(|| run.state().clone()), Vec::new());
@@ -323,7 +329,7 @@ fn values_along(
         controls.set(step + 1); // those of the step from a node act there
         all.iter_mut().for_each(|own| own.reach(run.state()));
     }
-    beside.add_node(&mut all, (run, controls), steps)?;
+    beside.add_node(&mut all, run, controls, steps)?;
     let state = run.state();
     Ok(all.iter_mut().map(|own| own.end(state, controls, h)).collect())
 }
@@ -414,7 +420,7 @@ impl Begin {
             true => None,
             false => {
                 let mechanism = &system.mechanism;
-                let stated_v = StartValues::of(model, mechanism, &Outside::default())?.v;
+                let stated_v = StartValues::of(model, mechanism, &ExternalActions::default())?.v;
                 let StartValues { q, v, how, .. } = StartValues::consistent(model, mechanism)?;
                 let (mass, rows, kept) = (mass.clone(), rows.clone(), Vec::new());
                 let (works, own) = (Vec::new(), None);
@@ -457,7 +463,7 @@ impl Begin {
             if let Some(signals) = own.and_then(|own| own.numbers.signals.as_ref()) {
                 signals.add_rates(at.moving(&self.v), &mut rates);
             }
-            match resting_change(run, at, (q, rates)) {
+            match resting_change(run, at, q, rates) {
                 Ok(own) => run.system().places_of_signals().for_each(|k| z[k] = own[k]),
                 Err(_) => z.fill(f64::NAN),
             }
@@ -480,7 +486,8 @@ impl Begin {
         &self,
         of: &StartOf<'_>,
         run: &MechanismIntegrator,
-        (design, tangents): (&MechanismDesign, &[ModelTangent]),
+        design: &MechanismDesign,
+        tangents: &[ModelTangent],
     ) -> Result<Vec<StartTangent>, ModelError> {
         match self.how {
             How::Relaxed { .. } | How::Standing { .. } => of.of_equilibrium(run, design, tangents),

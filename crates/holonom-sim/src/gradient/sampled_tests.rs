@@ -1,6 +1,6 @@
 //! Gradients of runs whose signals are sampled at nodes and held, or delayed.
 
-use super::comparison::{PATH, Seen, Worst, seen, sensing};
+use super::comparison::{PATH, SeenNumber, Worst, seen, sensing};
 use super::force_models::{held, without_controls, without_objectives};
 use super::force_tests::{AT_REST, by, refusal, same_bits_with_checkpoints};
 use super::tests::LINKAGE;
@@ -60,7 +60,7 @@ fn sampled() -> String {
 }
 
 /// What sensors show of it.
-fn shown(at: &'static str) -> Vec<Seen<'static>> {
+fn shown(at: &'static str) -> Vec<SeenNumber<'static>> {
     let mut all = seen(
         &[
             ("effort", "lags", "", &[""]),
@@ -73,7 +73,7 @@ fn shown(at: &'static str) -> Vec<Seen<'static>> {
     );
     let value =
         "type = \"expression\"\nvalue = \"k*digital + bounded*slide.rate - late + c*echo*sum\"\n";
-    all.push(Seen::new(value, "", at));
+    all.push(SeenNumber::new(value, "", at));
     all
 }
 
@@ -119,8 +119,8 @@ fn sampled_signals_in_compositions_agree_with_differences() {
     let text = text.replace("mass = 1.0", "mass = \"= 1 + c\"");
     let text = text.replace("axis = [0.0, 1.0, 0.0]", "axis = [0.0, 1.0, 0.0]\nrate = 0.7");
     let text = text.replace("effort = \"s\"", "effort = \"s - c*x\"");
-    let place = |at| Seen::new("type = \"position\"\nof = \"lower\"\n", "x", at);
-    let rate = |at| Seen::new("type = \"joint_rate\"\nof = \"slide\"\n", "", at);
+    let place = |at| SeenNumber::new("type = \"position\"\nof = \"lower\"\n", "x", at);
+    let rate = |at| SeenNumber::new("type = \"joint_rate\"\nof = \"slide\"\n", "", at);
     Worst::default().compare_all(&text, &[place(""), rate(""), rate(PATH)], WITHIN);
 }
 
@@ -133,8 +133,8 @@ fn sampled_signals_at_a_relaxed_start_agree_with_differences() {
     let text = text.replace("pid = {", "every = 0.02\npid = {").replace("[[law]]", late);
     let text = text.replace("effort = \"s\"", "effort = \"s + late\"");
     for at in ["", PATH] {
-        let place = Seen::new("type = \"position\"\nof = \"lower\"\n", "x", at);
-        let effort = Seen::new("type = \"effort\"\nof = \"pushes\"\n", "", at);
+        let place = SeenNumber::new("type = \"position\"\nof = \"lower\"\n", "x", at);
+        let effort = SeenNumber::new("type = \"effort\"\nof = \"pushes\"\n", "", at);
         Worst::default().compare_all(&text, &[place, effort], WITHIN);
     }
 }

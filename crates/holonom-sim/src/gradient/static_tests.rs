@@ -8,7 +8,7 @@ use super::beam_shape_tests::longer;
 use super::static_models::{DRIVEN, FRAME, LYING, MIXED, UPRIGHT};
 use super::tests::{changed, found};
 use super::{ModelGradient, Wanted, gradient};
-use crate::experiment::Experiment;
+use crate::experiment::RunnableModel;
 use crate::run::outcome::RunOutcome;
 use crate::statics::Statics;
 use holonom_model::{CountedAt, ModelText, Override};

@@ -4,15 +4,15 @@ use super::objective::momentum_term;
 use super::prepared::{Begin, Prepared};
 use crate::design::start::GivenJoint;
 use crate::design::{self, refused};
-use crate::shown::configuration::{Measured, Sensed};
+use crate::shown::configuration::{MeasuredNumber, Sensed};
 use crate::shown::{Shown, all_read, depends_on, forces, named, work};
 use crate::start::StartValues;
 use crate::system;
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use holonom_model::{Model, ModelError, ModelText, Override};
-use vi_control::identification::{Experiment, Measurable, Trial};
+use vi_control::identification::{Experiment, Measurable, TrialRun};
 use vi_control::least_squares::Refused;
-use vi_control::node::{NodeQuantity, Reads};
+use vi_control::node::{NodeQuantity, NodeReads};
 use vi_control::sensitivities::Direction;
 use vi_control::terminal_rate::NodeSources;
 use vi_core::Configuration;
@@ -30,7 +30,7 @@ pub(crate) struct SensorRead {
 
 /// A number that is read.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Read {
+pub(crate) enum ReadNumber {
     /// Of a sensor.
     Sensor(SensorRead),
     /// The momentum along an unknown of the tree.
@@ -42,7 +42,7 @@ pub(crate) enum Read {
     },
 }
 
-impl Read {
+impl ReadNumber {
     fn sensor(&self) -> Option<&SensorRead> {
         match self {
             Self::Sensor(own) => Some(own),
@@ -90,13 +90,13 @@ impl InitialCoordinate {
 }
 
 /// The start that a model states.
-pub(crate) struct StatedStart {
+pub(crate) struct ModelStart {
     mechanism: Mechanism,
     q: Vec<f64>,
     v: Vec<f64>,
 }
 
-impl StatedStart {
+impl ModelStart {
     /// Of a model.
     ///
     /// # Errors
@@ -128,16 +128,16 @@ pub(crate) struct ModelTrials<'a> {
     /// The start of joints, after the parameters: each coordinate before its rate.
     pub(crate) initial: Vec<InitialCoordinate>,
     /// What is measured.
-    pub(crate) reads: Vec<Read>,
+    pub(crate) reads: Vec<ReadNumber>,
     /// Coordinates of joints that are measured as well, after the sensors.
     pub(crate) joints: Vec<(String, usize)>,
     /// Where the runs begin.
-    pub(crate) from: From,
+    pub(crate) from: RunBeginning,
 }
 
 /// Where runs begin that are parts of a longer one.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct From {
+pub(crate) struct RunBeginning {
     /// Time, s.
     pub(crate) t: f64,
     /// Angles of the state there, with their revolutions; principal values where this is empty.
@@ -157,14 +157,14 @@ impl ModelTrials<'_> {
     }
 
     /// Where joints begin, for some parameters.
-    pub(crate) fn outside(&self, theta: &[f64]) -> Outside {
+    pub(crate) fn outside(&self, theta: &[f64]) -> ExternalActions {
         let mut start = JointStart::default();
         for (own, value) in self.initial.iter().zip(theta.iter().skip(self.parameters.len())) {
             let list = if own.is_rate { &mut start.rates } else { &mut start.coordinates };
             list.push((own.joint.clone(), own.freedom, *value));
         }
         let (counted, angles) = (self.joints.clone(), self.from.angles.clone());
-        Outside { start, counted, angles, ..Outside::default() }
+        ExternalActions { start, counted, angles, ..ExternalActions::default() }
     }
 
     /// The model for some parameters.
@@ -179,13 +179,13 @@ impl ModelTrials<'_> {
     ///
     /// # Errors
     /// [`ModelError`], where there is none.
-    pub(crate) fn trial(&self, theta: &[f64]) -> Result<Trial, ModelError> {
+    pub(crate) fn trial(&self, theta: &[f64]) -> Result<TrialRun, ModelError> {
         let overrides = self.overrides(theta);
         let model = self.text.model(&overrides)?;
-        let sensors = || self.reads.iter().filter_map(Read::sensor);
+        let sensors = || self.reads.iter().filter_map(ReadNumber::sensor);
         let read = sensors().map(|own| own.sensor.as_str());
         let works = work::forces_of(&model, all_read(&model, read).iter());
-        let with = (&[][..], &Outside { works, ..self.outside(theta) });
+        let with = (&[][..], &ExternalActions { works, ..self.outside(theta) });
         let mut prepared = Prepared::beginning_at(&model, &[], with, self.from.t)?;
         let own = prepared.model.clone();
         let model = &*own;
@@ -209,11 +209,11 @@ impl ModelTrials<'_> {
         let mut quantities = Vec::new();
         let run = prepared.simulation.integrator();
         let rows = run.rows().clone();
-        let mut reads = Reads::default();
+        let mut reads = NodeReads::default();
         for own in &self.reads {
             let SensorRead { key, sensor } = match own {
-                Read::Sensor(own) => own,
-                Read::Momentum { key, unknown } => {
+                ReadNumber::Sensor(own) => own,
+                ReadNumber::Momentum { key, unknown } => {
                     let all = momentum_term(&prepared.system, key, &tangents)?;
                     let own = all.along(&prepared.system.mechanism, &[(*unknown, 1.0)]);
                     quantities.push(Measurable::State(Box::new(own)));
@@ -232,10 +232,11 @@ impl ModelTrials<'_> {
         }
         for (name, freedom) in &self.joints {
             let mechanism = &mut prepared.system.mechanism;
-            let own = Measured::coordinate(model, mechanism, name, *freedom).ok_or_else(|| {
-                let what = format!("`{name}`, which has no coordinate {freedom}");
-                refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
-            })?;
+            let own =
+                MeasuredNumber::coordinate(model, mechanism, name, *freedom).ok_or_else(|| {
+                    let what = format!("`{name}`, which has no coordinate {freedom}");
+                    refused(&format!("joint.{name}"), what, "name a joint that slides or turns")
+                })?;
             let own = Sensed::new(own, mechanism, name, &tangents);
             quantities.push(Measurable::Configuration(Box::new(own)));
         }
@@ -244,7 +245,7 @@ impl ModelTrials<'_> {
         let (changes, given) = match self.initial.is_empty() {
             true => {
                 let run = prepared.simulation.integrator();
-                (begin.changes(&of, run, (&design, &tangents))?, Vec::new())
+                (begin.changes(&of, run, &design, &tangents)?, Vec::new())
             }
             false => {
                 let joint = |name: &str| model.joints.iter().position(|own| own.name == name);
@@ -278,12 +279,22 @@ impl ModelTrials<'_> {
         let run = simulation.into_integrator();
         let design: Option<Box<dyn vi_constraints::design::Design>> = Some(Box::new(design));
         let tangents = numbers;
-        Ok(Trial { run, step, controls, design, directions, tangents, quantities, sources, steps })
+        Ok(TrialRun {
+            run,
+            step,
+            controls,
+            design,
+            directions,
+            tangents,
+            quantities,
+            sources,
+            steps,
+        })
     }
 }
 
 impl Experiment for ModelTrials<'_> {
-    fn begin(&mut self, theta: &[f64]) -> Result<Trial, Refused> {
+    fn begin(&mut self, theta: &[f64]) -> Result<TrialRun, Refused> {
         self.trial(theta).map_err(|error| Refused(error.to_string()))
     }
 }

@@ -2,7 +2,7 @@
 //! equilibrium for, or began as drawn.
 
 use super::tests::{exact, found, read, true_values};
-use super::{Found, Prepared};
+use super::{IdentifiedModel, PreparedFit};
 use nalgebra::{DMatrix, DVector};
 use vi_control::least_squares::Residuals;
 
@@ -43,7 +43,7 @@ parameters = { modulus = { start = 2.4, min = 0.1 }, relaxation = { start = 4.0,
 fn modulus_and_damping_follow_from_the_motion_of_a_tip() {
     for text in [ROD.to_owned(), ROD.replace(", start = \"relaxed\"", "")] {
         let (source, model) = read(&text);
-        let Found { estimate, .. } = found(&text, &exact(&model)).unwrap();
+        let IdentifiedModel { estimate, .. } = found(&text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
         for (own, wanted) in estimate.parameters.iter().zip(true_values(&model, &source)) {
             let off = (own.value / wanted - 1.0).abs();
@@ -68,7 +68,7 @@ fn residuals_of_a_beam_have_their_derivatives() {
     for (text, allowed) in [(ROD.to_owned(), 1e-7), (drawn, 1e-7), (inner, 3e-6), (rate, 1e-7)] {
         let (source, model) = read(&text);
         let data = exact(&model);
-        let mut prepared = Prepared::new(&source, &[], &model, &data).unwrap();
+        let mut prepared = PreparedFit::new(&source, &[], &model, &data).unwrap();
         let theta: Vec<f64> = prepared.parameters.iter().map(|own| own.start).collect();
         let count = prepared.residuals.len();
         let (mut out, mut jacobian) = (vec![0.0; count], DMatrix::zeros(count, theta.len()));

@@ -25,18 +25,20 @@ pub use report::{Combination, EstimatedNumber, FitOf, Identified, MeasuredRow};
 
 use crate::design::{number, refused};
 use crate::gradient::growth::growth;
-use crate::gradient::trial::{From, InitialCoordinate, ModelTrials, Read, SensorRead, StatedStart};
+use crate::gradient::trial::{
+    InitialCoordinate, ModelStart, ModelTrials, ReadNumber, RunBeginning, SensorRead,
+};
 use crate::shown::reading;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::{
     Measurement, Model, ModelError, ModelText, Override, ParameterTangent, Scheme,
 };
 use nalgebra::DMatrix;
 use segments::{Segments, Whole};
 use std::fmt::Write;
-use vi_control::identification::{MotionResiduals, Series};
+use vi_control::identification::{MeasuredSeries, MotionResiduals};
 use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Residuals};
-use vi_control::sensitivities::Growth;
+use vi_control::sensitivities::DerivativeGrowth;
 
 /// Sizes of initial coordinates and rates below this count as 1.
 const SMALL: f64 = 1e-6;
@@ -59,14 +61,14 @@ pub enum IdentifyError {
 }
 
 /// What is asked and told while the method works.
-pub struct Watch<'a> {
+pub struct IdentificationWatch<'a> {
     /// Called before each run with its number, from 1.
     pub run: &'a mut dyn FnMut(usize),
     /// Asked before each run; `true` ends the method with what it has.
     pub interrupted: &'a mut dyn FnMut() -> bool,
 }
 
-impl std::fmt::Debug for Watch<'_> {
+impl std::fmt::Debug for IdentificationWatch<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Watch").finish_non_exhaustive()
     }
@@ -76,7 +78,7 @@ impl std::fmt::Debug for Watch<'_> {
 struct Watched<'a, 'w> {
     own: &'a mut dyn Residuals,
     /// None: to the end.
-    watch: Option<&'a mut Watch<'w>>,
+    watch: Option<&'a mut IdentificationWatch<'w>>,
     runs: usize,
     stopped: bool,
 }
@@ -106,7 +108,7 @@ impl Residuals for Watched<'_, '_> {
 
 /// What was found, and the run with it.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct IdentifiedModel {
     /// The estimate in numbers.
     pub estimate: Identified,
     /// Measured beside computed values.
@@ -114,12 +116,12 @@ pub struct Found {
     /// The model with the estimates.
     pub model: Model,
     /// Where its joints begin, as far as that was unknown.
-    pub start: Outside,
+    pub start: ExternalActions,
     /// Whether the method was interrupted.
     pub interrupted: bool,
 }
 
-impl Found {
+impl IdentifiedModel {
     /// `estimate.csv`: measured beside computed values, column after column.
     #[must_use]
     pub fn csv(&self) -> String {
@@ -133,13 +135,13 @@ impl Found {
 }
 
 /// What is fitted: runs for any unknown numbers, these, their residuals.
-struct Prepared<'m> {
+struct PreparedFit<'m> {
     trials: ModelTrials<'m>,
     parameters: Vec<Parameter>,
     residuals: MotionResiduals<ModelTrials<'m>>,
 }
 
-impl<'m> Prepared<'m> {
+impl<'m> PreparedFit<'m> {
     fn new(
         text: &'m ModelText,
         overrides: &'m [Override],
@@ -164,7 +166,7 @@ impl<'m> Prepared<'m> {
         let key = |i: usize| format!("measurement[{i}].sensor");
         let reads = model.measurements.iter().enumerate();
         let read = |(i, own): (usize, &Measurement)| {
-            Read::Sensor(SensorRead { key: key(i), sensor: own.sensor.clone() })
+            ReadNumber::Sensor(SensorRead { key: key(i), sensor: own.sensor.clone() })
         };
         let reads = reads.map(read);
         let mut trials = ModelTrials {
@@ -174,7 +176,7 @@ impl<'m> Prepared<'m> {
             initial: Vec::new(),
             reads: reads.collect(),
             joints: Vec::new(),
-            from: From::default(),
+            from: RunBeginning::default(),
         };
         let theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         for (own, value) in initial(&trials.model(&theta)?, &wanted.initial)? {
@@ -190,7 +192,7 @@ impl<'m> Prepared<'m> {
             let steps = column.times.iter().map(|t| t / model.settings.step).collect();
             let reading = reading(model, &own.sensor);
             let values = column.values.clone();
-            series.push(Series { sensor, reading, sigma: own.sigma, steps, values });
+            series.push(MeasuredSeries { sensor, reading, sigma: own.sigma, steps, values });
         }
         let residuals = MotionResiduals::new(trials.clone(), series)
             .map_err(|error| IdentifyError::Run(error.to_string()))?;
@@ -199,11 +201,11 @@ impl<'m> Prepared<'m> {
 
     /// How much a change of the start grows up to the last value; at the estimate, or where the
     /// method started if that is more.
-    fn growth(&self, theta: &[f64]) -> Result<Growth, ModelError> {
+    fn growth(&self, theta: &[f64]) -> Result<DerivativeGrowth, ModelError> {
         let series = self.residuals.series().iter();
         let last = series.filter_map(|own| own.steps.last()).copied().fold(0.0, f64::max);
         let start: Vec<f64> = self.parameters.iter().map(|own| own.start).collect();
-        let mut most = Growth::NONE;
+        let mut most = DerivativeGrowth::NONE;
         for theta in [theta, &start] {
             let (model, outside) = (self.trials.model(theta)?, self.trials.outside(theta));
             let own = growth(&model, (&outside, &[]), last.ceil() as usize)?;
@@ -230,9 +232,9 @@ pub fn identify(
     overrides: &[Override],
     model: &Model,
     data: &[MeasuredColumn],
-    watch: &mut Watch<'_>,
-) -> Result<Found, IdentifyError> {
-    let mut prepared = Prepared::new(text, overrides, model, data)?;
+    watch: &mut IdentificationWatch<'_>,
+) -> Result<IdentifiedModel, IdentifyError> {
+    let mut prepared = PreparedFit::new(text, overrides, model, data)?;
     let (segments, most) =
         model.identify.as_ref().map_or((1, 0), |own| (own.segments, own.max_iterations));
     let (mut runs, mut stopped) = (0, false);
@@ -258,15 +260,15 @@ pub fn identify(
     })?;
     let (runs, interrupted) = (residuals.runs, residuals.stopped || stopped);
     let growth = match interrupted {
-        true => Growth::NONE, // to end soon
+        true => DerivativeGrowth::NONE, // to end soon
         false => prepared.growth(&fit.parameters)?,
     };
-    let Prepared { trials, parameters, .. } = prepared;
+    let PreparedFit { trials, parameters, .. } = prepared;
     let ended = (&fit, interrupted, runs);
     let (estimate, rows) = report::of(model, &parameters, data, ended, growth);
     let model = trials.model(&fit.parameters)?;
     let start = trials.outside(&fit.parameters);
-    Ok(Found { estimate, rows, model, start, interrupted })
+    Ok(IdentifiedModel { estimate, rows, model, start, interrupted })
 }
 
 /// What a method that does not begin says of model and data.
@@ -319,7 +321,7 @@ fn initial(model: &Model, joints: &[String]) -> Result<Vec<(InitialCoordinate, f
     if joints.is_empty() {
         return Ok(found);
     }
-    let stated = StatedStart::of(model)?;
+    let stated = ModelStart::of(model)?;
     for name in joints {
         let count = model.joint(name).map_or(0, |joint| joint.pair().coordinate_count());
         for freedom in 0..count {

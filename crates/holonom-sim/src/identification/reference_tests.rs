@@ -1,7 +1,7 @@
 //! Stored estimates of an independent implementation, from model files: joints begin where the
 //! cases say, loops close anew for each length.
 
-use super::{MeasuredColumn, Prepared};
+use super::{MeasuredColumn, PreparedFit};
 use holonom_model::ModelText;
 use serde_json::Value;
 use std::path::Path;
@@ -123,8 +123,8 @@ fn estimate(case: &Value, start: Option<&[f64]>, max_iterations: usize) -> Estim
         values: numbers(&own["values"]),
     };
     let data: Vec<_> = list(case, "measurements").iter().map(column).collect();
-    let Prepared { mut parameters, mut residuals, .. } =
-        Prepared::new(&text, &[], &model, &data).unwrap();
+    let PreparedFit { mut parameters, mut residuals, .. } =
+        PreparedFit::new(&text, &[], &model, &data).unwrap();
     let count = parameters.len() - 2;
     for (own, key) in parameters[count..].iter_mut().zip(["coordinates", "rates"]) {
         let value = numbers(&case["initial"][key])[0];

@@ -5,7 +5,7 @@ use crate::digits::rounded;
 use holonom_model::Model;
 use serde::Serialize;
 use vi_control::least_squares::{Estimate, FitOutcome, Parameter, Unseen, probability_of_runs};
-use vi_control::sensitivities::Growth;
+use vi_control::sensitivities::DerivativeGrowth;
 
 /// A probability below which something is said.
 const UNLIKELY: f64 = 0.001;
@@ -228,7 +228,7 @@ pub(super) fn of(
     parameters: &[Parameter],
     data: &[MeasuredColumn],
     (fit, interrupted, runs): (&Estimate, bool, usize),
-    growth: Growth,
+    growth: DerivativeGrowth,
 ) -> (Identified, Vec<MeasuredRow>) {
     let errors = fit.standard_errors();
     let number = |(j, own): (usize, &Parameter)| {

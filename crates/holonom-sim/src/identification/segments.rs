@@ -11,11 +11,11 @@
 use super::IdentifyError;
 use crate::design::refused;
 use crate::gradient::independent_coordinates;
-use crate::gradient::trial::{From, InitialCoordinate, ModelTrials};
+use crate::gradient::trial::{InitialCoordinate, ModelTrials, RunBeginning};
 use holonom_model::{Constraint, Model};
 use nalgebra::DMatrix;
 use vi_control::constrained_least_squares::{Conditions, minimise};
-use vi_control::identification::{MotionResiduals, Reading, Series};
+use vi_control::identification::{MeasuredReading, MeasuredSeries, MotionResiduals};
 use vi_control::least_squares::{FitError, LeastSquares, Parameter, Refused, Residuals};
 
 /// The key that asks for them.
@@ -24,7 +24,7 @@ const KEY: &str = "identify.segments";
 const TRIES: usize = 20;
 
 /// A part of the run.
-struct Segment<'m> {
+struct RunSegment<'m> {
     /// Those of the data, then the state at the end.
     residuals: MotionResiduals<ModelTrials<'m>>,
     /// The places of its unknowns among all.
@@ -37,7 +37,7 @@ struct Segment<'m> {
 
 /// The residuals of all segments; conditions are the last: that they meet.
 pub(super) struct Segments<'m> {
-    all: Vec<Segment<'m>>,
+    all: Vec<RunSegment<'m>>,
     /// The unknown numbers, then the states.
     parameters: Vec<Parameter>,
 }
@@ -46,7 +46,7 @@ pub(super) struct Segments<'m> {
 pub(super) struct Whole<'a, 'm> {
     pub(super) model: &'a Model,
     pub(super) trials: &'a ModelTrials<'m>,
-    pub(super) series: &'a [Series],
+    pub(super) series: &'a [MeasuredSeries],
     pub(super) parameters: &'a [Parameter],
 }
 
@@ -72,7 +72,7 @@ impl<'m> Segments<'m> {
             |(joint, freedom): &(String, usize)| InitialCoordinate::both(model, joint, *freedom);
         let names = joints.iter().flat_map(both).collect();
         let nodes = (0..=count).map(|j| (j * steps + count / 2) / count).collect();
-        let chain = Chain { whole, joints, names, nodes };
+        let chain = SegmentChain { whole, joints, names, nodes };
         let Made { alone, .. } = chain.segments(parameters, interrupted)?;
         let of_model = trials.parameters.len();
         let mut held = parameters.to_vec();
@@ -107,14 +107,14 @@ pub(super) fn meet(
 }
 
 /// What segments are made of.
-struct Chain<'a, 'b, 'm> {
+struct SegmentChain<'a, 'b, 'm> {
     whole: &'a Whole<'b, 'm>,
     joints: Vec<(String, usize)>,
     names: Vec<InitialCoordinate>,
     nodes: Vec<usize>,
 }
 
-impl<'m> Chain<'_, '_, 'm> {
+impl<'m> SegmentChain<'_, '_, 'm> {
     /// One after the other: each begins where the one before ends, as far as its data allow.
     fn segments(
         &self,
@@ -124,7 +124,7 @@ impl<'m> Chain<'_, '_, 'm> {
         let Self { whole: Whole { model, trials, series, .. }, joints, names, nodes } = self;
         let of_model = trials.parameters.len();
         let mut unknown = parameters.to_vec();
-        let (mut all, mut alone, mut ends) = (Vec::new(), Vec::new(), Ends::default());
+        let (mut all, mut alone, mut ends) = (Vec::new(), Vec::new(), SegmentEnds::default());
         for (j, pair) in nodes.windows(2).enumerate() {
             if interrupted() {
                 return Err(IdentifyError::Interrupted);
@@ -136,7 +136,7 @@ impl<'m> Chain<'_, '_, 'm> {
                 unknowns.extend(of_model..parameters.len());
             } else {
                 let t = first as f64 * model.settings.step;
-                own.from = From { t, angles: std::mem::take(&mut ends.angles) };
+                own.from = RunBeginning { t, angles: std::mem::take(&mut ends.angles) };
                 own.initial.clone_from(names);
                 unknowns.extend((0..names.len()).map(|i| unknown.len() + i));
                 unknown.extend(names.iter().zip(&ends.state).map(|(name, value)| {
@@ -145,14 +145,15 @@ impl<'m> Chain<'_, '_, 'm> {
                 }));
             }
             let end = if is_last { usize::MAX } else { last };
-            let mut parts: Vec<Series> = series.iter().map(|own| own.part(first..end)).collect();
+            let mut parts: Vec<MeasuredSeries> =
+                series.iter().map(|own| own.part(first..end)).collect();
             let data = parts.iter().map(|own| own.values.len()).sum();
             if !is_last {
                 parts.extend(states(trials.reads.len(), joints.len(), last - first));
             }
             let residuals = MotionResiduals::new(own, parts).map_err(|error| run(&error))?;
             let next = (!is_last).then_some(unknown.len());
-            let mut segment = Segment { residuals, unknowns, data, next };
+            let mut segment = RunSegment { residuals, unknowns, data, next };
             alone.push(segment.fit(&mut unknown, of_model));
             if !is_last {
                 ends = segment.ends(&unknown, last - first)?;
@@ -165,7 +166,7 @@ impl<'m> Chain<'_, '_, 'm> {
 
 /// Segments that were fitted one by one.
 struct Made<'m> {
-    all: Vec<Segment<'m>>,
+    all: Vec<RunSegment<'m>>,
     /// The parameters of the model that each has alone.
     alone: Vec<Vec<f64>>,
     /// The unknown numbers, then the states.
@@ -192,13 +193,14 @@ fn refuse(model: &Model, count: usize, steps: usize) -> Result<(), IdentifyError
 }
 
 /// Coordinates and rates of joints at a node, as measurements; `first`: of the quantities.
-fn states(first: usize, joints: usize, node: usize) -> impl Iterator<Item = Series> {
-    let one = move |sensor: usize, reading: Reading| {
+fn states(first: usize, joints: usize, node: usize) -> impl Iterator<Item = MeasuredSeries> {
+    let one = move |sensor: usize, reading: MeasuredReading| {
         let (steps, values) = (vec![node as f64], vec![0.0]);
-        Series { sensor, reading, sigma: 1.0, steps, values }
+        MeasuredSeries { sensor, reading, sigma: 1.0, steps, values }
     };
-    (first..first + joints)
-        .flat_map(move |sensor| [one(sensor, Reading::Value), one(sensor, Reading::Rate)])
+    (first..first + joints).flat_map(move |sensor| {
+        [one(sensor, MeasuredReading::Value), one(sensor, MeasuredReading::Rate)]
+    })
 }
 
 /// Refuses a state that is more than coordinates and rates.
@@ -213,7 +215,7 @@ fn begins_anew(trials: &ModelTrials<'_>, theta: &[f64]) -> Result<(), IdentifyEr
 
 /// Where a segment ends.
 #[derive(Default)]
-struct Ends {
+struct SegmentEnds {
     state: Vec<f64>,
     angles: Vec<f64>,
 }
@@ -222,7 +224,7 @@ fn run(error: &dyn std::error::Error) -> IdentifyError {
     IdentifyError::Run(error.to_string())
 }
 
-impl Segment<'_> {
+impl RunSegment<'_> {
     /// Fits its unknowns to its data; they stay near to where they are as far as these say nothing.
     /// Where that fails, they stay. Those of the model.
     fn fit(&mut self, parameters: &mut [Parameter], of_model: usize) -> Vec<f64> {
@@ -244,7 +246,11 @@ impl Segment<'_> {
     }
 
     /// The state and the angles where it ends.
-    fn ends(&mut self, parameters: &[Parameter], steps: usize) -> Result<Ends, IdentifyError> {
+    fn ends(
+        &mut self,
+        parameters: &[Parameter],
+        steps: usize,
+    ) -> Result<SegmentEnds, IdentifyError> {
         let theta: Vec<f64> = self.unknowns.iter().map(|&k| parameters[k].start).collect();
         let mut values = vec![0.0; self.residuals.len()];
         self.residuals.evaluate(&theta, &mut values, None).map_err(|error| run(&error))?;
@@ -254,7 +260,7 @@ impl Segment<'_> {
             trial.run.step().map_err(|error| run(&error))?;
         }
         let angles = trial.run.state().angles.clone();
-        Ok(Ends { state: values.split_off(self.data), angles })
+        Ok(SegmentEnds { state: values.split_off(self.data), angles })
     }
 }
 
@@ -307,7 +313,7 @@ impl Residuals for Segments<'_> {
         if let Some(jacobian) = jacobian.as_deref_mut() {
             jacobian.fill(0.0);
         }
-        for Segment { residuals, unknowns, data, next } in &mut self.all {
+        for RunSegment { residuals, unknowns, data, next } in &mut self.all {
             let own: Vec<f64> = unknowns.iter().map(|&k| theta[k]).collect();
             let count = residuals.len();
             let mut values = vec![0.0; count];

@@ -1,7 +1,7 @@
 //! Long data in segments, of unlike models whose whole motion is not found from the same start.
 
 use super::tests::{self, exact, found, noisy, read, true_values};
-use super::{Found, IdentifyError, Watch, identify};
+use super::{IdentificationWatch, IdentifiedModel, IdentifyError, identify};
 use vi_testkit::Sample;
 
 /// A mass on a spring, seen through fifteen periods: an estimate that is off by a tenth misses the
@@ -169,7 +169,7 @@ fn linkage() -> String {
 }
 
 /// By how much an estimate is off, relative to the values that the data were made with.
-fn off(text: &str) -> (f64, Found) {
+fn off(text: &str) -> (f64, IdentifiedModel) {
     let (source, model) = read(text);
     let (data, wanted) = (exact(&model), true_values(&model, &source));
     let found = found(text, &data).unwrap_or_else(|error| panic!("{}: {error}", model.header.name));
@@ -259,7 +259,7 @@ fn segments_are_interrupted() {
             asked += 1;
             asked > questions
         };
-        let mut watch = Watch { run: &mut |_| {}, interrupted: &mut interrupted };
+        let mut watch = IdentificationWatch { run: &mut |_| {}, interrupted: &mut interrupted };
         identify(&text, &[], &model, &data, &mut watch)
     };
     let none = after(20).map(|own| own.estimate);

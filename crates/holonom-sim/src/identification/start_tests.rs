@@ -1,12 +1,12 @@
 //! Starts of which some joints are unknown: what is unknown is given, the others begin as the model
 //! begins, with velocities that are projected.
 
-use super::Prepared;
+use super::PreparedFit;
 use super::tests::{exact, found, read, true_values};
 use crate::gradient::start_tests::{DRIVEN, LINKS, PARALLELOGRAM};
-use crate::gradient::trial::{InitialCoordinate, StatedStart};
+use crate::gradient::trial::{InitialCoordinate, ModelStart};
 use crate::simulation::Simulation;
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use holonom_model::Model;
 use nalgebra::{DMatrix, DVector};
 use vi_control::least_squares::Residuals;
@@ -162,7 +162,7 @@ fn cases() -> Vec<String> {
 
 /// The coordinates and rates of the joints that are unknown, as the model states them.
 fn own_start(model: &Model) -> JointStart {
-    let (stated, mut start) = (StatedStart::of(model).unwrap(), JointStart::default());
+    let (stated, mut start) = (ModelStart::of(model).unwrap(), JointStart::default());
     for name in &model.identify.as_ref().unwrap().initial {
         for freedom in 0..model.joint(name).unwrap().pair().coordinate_count() {
             let [value, rate] = InitialCoordinate::both(model, name, freedom)
@@ -178,8 +178,8 @@ fn own_start(model: &Model) -> JointStart {
 fn the_values_of_its_own_start_lead_to_the_run_itself() {
     for text in cases() {
         let (_, model) = read(&text);
-        let outside = Outside { start: own_start(&model), ..Outside::default() };
-        let mut runs = [Outside::default(), outside]
+        let outside = ExternalActions { start: own_start(&model), ..ExternalActions::default() };
+        let mut runs = [ExternalActions::default(), outside]
             .map(|outside| Simulation::with_outside(&model, &outside).unwrap());
         let [own, given] = runs.each_mut().map(|run| run.observe().unwrap().sensors.clone());
         let off = own.iter().zip(&given).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -193,8 +193,8 @@ fn residuals_have_their_derivatives() {
     for text in cases() {
         let (source, model) = read(&text);
         let data = exact(&model);
-        let Prepared { parameters, mut residuals, .. } =
-            Prepared::new(&source, &[], &model, &data).unwrap();
+        let PreparedFit { parameters, mut residuals, .. } =
+            PreparedFit::new(&source, &[], &model, &data).unwrap();
         let mut theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         theta.iter_mut().for_each(|x| *x += 0.03);
         let count = residuals.len();
@@ -265,13 +265,15 @@ fn what_is_not_given_keeps_its_coordinates_and_rates() {
             coordinates: vec![(given.to_owned(), 0, 0.3)],
             rates: vec![(given.to_owned(), 0, 1.7)],
         };
-        let all = [Outside::default(), Outside { start, ..Outside::default() }].map(|outside| {
-            let mut run = Simulation::with_outside(&model, &outside).unwrap();
-            let columns: Vec<_> =
-                run.sensors().columns().iter().map(|own| own.sensor.clone()).collect();
-            let values = run.observe().unwrap().sensors.clone();
-            columns.into_iter().zip(values).collect::<Vec<_>>()
-        });
+        let all =
+            [ExternalActions::default(), ExternalActions { start, ..ExternalActions::default() }]
+                .map(|outside| {
+                    let mut run = Simulation::with_outside(&model, &outside).unwrap();
+                    let columns: Vec<_> =
+                        run.sensors().columns().iter().map(|own| own.sensor.clone()).collect();
+                    let values = run.observe().unwrap().sensors.clone();
+                    columns.into_iter().zip(values).collect::<Vec<_>>()
+                });
         let [own, changed] = all;
         let rates_turn = kept == "ball"; // rates of a ball joint are along axes of space
         for ((name, a), (_, b)) in own.iter().zip(&changed) {

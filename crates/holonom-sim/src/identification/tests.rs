@@ -1,9 +1,11 @@
 //! Estimates of unlike models: a tree, a closed loop, free members; derivatives of their residuals
 //! against differences, exact data, data with noise.
 
-use super::{Found, IdentifyError, MeasuredColumn, Prepared, Watch, identify};
+use super::{
+    IdentificationWatch, IdentifiedModel, IdentifyError, MeasuredColumn, PreparedFit, identify,
+};
 use crate::simulation::Simulation;
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use holonom_model::{Model, ModelText, Override};
 use nalgebra::DMatrix;
 use std::path::Path;
@@ -379,14 +381,14 @@ pub(super) fn read(text: &str) -> (ModelText, Model) {
 }
 
 /// How the model really moves: as its file says, but for the start of a joint.
-fn truth(model: &Model) -> Outside {
+fn truth(model: &Model) -> ExternalActions {
     let mut start = JointStart::default();
     for name in model.identify.iter().flat_map(|own| &own.initial) {
         let rate = model.joint(name).unwrap().rate.as_ref().map_or(0.0, |own| own.values()[0]);
         start.coordinates.push((name.clone(), 0, RELEASE[0]));
         start.rates.push((name.clone(), 0, rate + RELEASE[1]));
     }
-    Outside { start, ..Outside::default() }
+    ExternalActions { start, ..ExternalActions::default() }
 }
 
 /// The values of all measurements at every node but the first.
@@ -406,9 +408,9 @@ pub(super) fn exact(model: &Model) -> Vec<MeasuredColumn> {
     all
 }
 
-pub(super) fn found(text: &str, data: &[MeasuredColumn]) -> Result<Found, IdentifyError> {
+pub(super) fn found(text: &str, data: &[MeasuredColumn]) -> Result<IdentifiedModel, IdentifyError> {
     let (text, model) = read(text);
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut || false };
+    let mut watch = IdentificationWatch { run: &mut |_| {}, interrupted: &mut || false };
     identify(&text, &[], &model, data, &mut watch)
 }
 
@@ -435,7 +437,7 @@ fn exact_data_give_the_numbers_that_they_were_made_with() {
     let others = others.iter().map(String::as_str);
     for text in [ARM, LINKAGE, FLYING, WHEEL, &arm, &linkage].into_iter().chain(others) {
         let (source, model) = read(text);
-        let Found { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
+        let IdentifiedModel { estimate, rows, .. } = found(text, &exact(&model)).unwrap();
         assert_eq!(estimate.outcome, "converged", "{estimate:?}");
         for (own, wanted) in estimate.parameters.iter().zip(true_values(&model, &source)) {
             let off = (own.value - wanted).abs() / wanted.abs().max(0.1);
@@ -462,8 +464,8 @@ fn residuals_of_models_have_their_derivatives() {
             let later = [0.0, 0.37, 0.81][k % 3];
             column.times.iter_mut().for_each(|t| *t += (later - 1.0) * model.settings.step);
         }
-        let Prepared { parameters, mut residuals, .. } =
-            Prepared::new(&source, &[], &model, &data).unwrap();
+        let PreparedFit { parameters, mut residuals, .. } =
+            PreparedFit::new(&source, &[], &model, &data).unwrap();
         let mut theta: Vec<f64> = parameters.iter().map(|own| own.start).collect();
         theta.iter_mut().for_each(|x| *x += 0.01);
         let count = residuals.len();
@@ -612,7 +614,7 @@ fn an_interruption_keeps_the_last_iterate() {
     let (text, model) = read(ARM);
     let data = exact(&model);
     let mut runs = 0;
-    let mut watch = Watch {
+    let mut watch = IdentificationWatch {
         run: &mut |_| {},
         interrupted: &mut || {
             runs += 1;
@@ -623,12 +625,12 @@ fn an_interruption_keeps_the_last_iterate() {
     assert!(found.interrupted && found.estimate.outcome == "interrupted");
     assert_eq!(found.estimate.runs, 3);
     assert!(found.estimate.parameters.iter().any(|own| own.value.to_bits() != own.start.to_bits()));
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut || true };
+    let mut watch = IdentificationWatch { run: &mut |_| {}, interrupted: &mut || true };
     let none = identify(&text, &[], &model, &data, &mut watch).map(|own| own.estimate);
     assert_eq!(none.unwrap_err(), IdentifyError::Interrupted);
     let set = [Override::new("identify.max_iterations", "2")];
     let limited = text.model(&set).unwrap();
-    let mut watch = Watch { run: &mut |_| {}, interrupted: &mut || false };
+    let mut watch = IdentificationWatch { run: &mut |_| {}, interrupted: &mut || false };
     let found = identify(&text, &set, &limited, &data, &mut watch).unwrap().estimate;
     assert_eq!((found.outcome, found.iterations), ("exhausted", 2));
 }

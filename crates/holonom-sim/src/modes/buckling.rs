@@ -5,9 +5,9 @@
 //! state is the equilibrium at `t = 0`; about the equilibrium at the end the factor counts from it.
 //! See [`mod@vi_statics::buckling`].
 
-use super::{About, BucklingFacts, Mode, ModeKind, ModesError, Place, Report, mode};
+use super::{About, BucklingFacts, Mode, ModeKind, ModesError, Report, ShapePoint, mode};
 use crate::assembly::curved_elements::remarks_at;
-use crate::experiment::Experiment as _;
+use crate::experiment::RunnableModel as _;
 use crate::statics::Statics;
 use holonom_model::Model;
 use nalgebra::Complex;
@@ -46,7 +46,7 @@ impl ModalAnalysis {
         let found = problem.buckling(count)?;
         let Buckling { critical, shapes, reversed, residual, asymmetry } = found;
         let (t, configuration) = (problem.factor(), problem.configuration().to_vec());
-        let place = Place { members: self.statics.members(), q: &configuration };
+        let place = ShapePoint { members: self.statics.members(), q: &configuration };
         let shape = |(k, critical): (usize, &f64)| {
             let v: Vec<_> = shapes.column(k).iter().map(|v| Complex::new(*v, 0.0)).collect();
             let at_rest = mode(&place, ModeKind::Buckling, Complex::default(), &v);

@@ -22,17 +22,17 @@ pub use report::{
 
 use crate::assembly::curved_elements::remarks_at;
 use crate::digits::rounded;
-use crate::experiment::Experiment as _;
+use crate::experiment::RunnableModel as _;
 use crate::run::outcome::RunFailure;
 use crate::sample::{Member, MemberKind};
 use crate::statics::{InOwnRotation, Statics, refuse_rolling, refuse_states};
 use crate::system::beams::Beams;
 use holonom_model::{Model, ModelError};
 use nalgebra::{Complex, Vector3};
-use rounding::Rounding;
+use rounding::ModeRounding;
 use vi_statics::modes::{ModeError, Modes};
 use vi_statics::{
-    BucklingError, Linearization, MotionKind, RotationError, SteadyMotion, SteadyMotionError,
+    BucklingError, MotionKind, RotationError, StaticLinearization, SteadyMotion, SteadyMotionError,
     SteadyRotation, Vibration,
 };
 
@@ -187,8 +187,8 @@ impl ModalAnalysis {
         let large = self.statics.assembly().counts.dof > LARGE;
         let problem = self.statics.problem();
         let linear = match large {
-            true => Linearization::lowest(problem, count),
-            false => Linearization::all(problem),
+            true => StaticLinearization::lowest(problem, count),
+            false => StaticLinearization::all(problem),
         };
         let linear = linear.map_err(refusal)?;
         let (found, complex) =
@@ -199,7 +199,7 @@ impl ModalAnalysis {
                 (vibrations.undamped(), Some(vibrations))
             };
         let configuration = self.statics.problem().configuration().to_vec();
-        let place = Place { members: self.statics.members(), q: &configuration };
+        let place = ShapePoint { members: self.statics.members(), q: &configuration };
         let list = match &complex {
             Some(found) => complex_modes(
                 &place,
@@ -219,7 +219,7 @@ impl ModalAnalysis {
             return Err(ModesError::Nothing(found.dof));
         }
         let residual = list.iter().map(|(_, residual)| *residual).fold(found.residual, f64::max);
-        let rounding = Rounding::of(&found);
+        let rounding = ModeRounding::of(&found);
         let coarse = remarks_at(self.statics.beams(), &configuration, &[]);
         Ok(Report {
             model: self.name.clone(),
@@ -250,11 +250,11 @@ impl ModalAnalysis {
 
     /// The same with constraints on velocities, with states of signals, about a steady motion.
     fn modes_of_first_order(&mut self, count: usize) -> Result<Report, ModesError> {
-        let linear = Linearization::all(self.statics.problem()).map_err(refusal)?;
+        let linear = StaticLinearization::all(self.statics.problem()).map_err(refusal)?;
         let balance = linear.balance();
         let found = linear.first_order().map_err(refusal)?;
         let configuration = self.statics.problem().configuration().to_vec();
-        let place = Place { members: self.statics.members(), q: &configuration };
+        let place = ShapePoint { members: self.statics.members(), q: &configuration };
         let list = complex_modes(
             &place,
             |motion| found.count(motion),
@@ -365,13 +365,13 @@ fn refusal(error: ModeError) -> ModesError {
 }
 
 /// Where shapes are taken.
-struct Place<'a> {
+struct ShapePoint<'a> {
     members: &'a [Member],
     q: &'a [f64],
 }
 
 /// All unstable modes, all without stiffness, `count` vibrations; with the residual of each.
-fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, f64)> {
+fn undamped_modes(place: &ShapePoint<'_>, found: &Modes, count: usize) -> Vec<(Mode, f64)> {
     let kind = |k: usize| match (found.is_unstable(k), found.is_zero(k)) {
         (true, _) => ModeKind::Unstable,
         (_, true) => ModeKind::Zero,
@@ -395,7 +395,7 @@ fn undamped_modes(place: &Place<'_>, found: &Modes, count: usize) -> Vec<(Mode, 
 
 /// The same with damping, gyroscopic and circulatory forces, and `count` decays.
 fn complex_modes(
-    place: &Place<'_>,
+    place: &ShapePoint<'_>,
     number: impl Fn(MotionKind) -> usize,
     get: impl Fn(MotionKind, usize) -> Option<Vibration>,
     count: usize,
@@ -417,7 +417,7 @@ fn complex_modes(
 }
 
 /// The mode `x e^{λt}`.
-fn mode(place: &Place<'_>, kind: ModeKind, value: Complex<f64>, v: &[Complex<f64>]) -> Mode {
+fn mode(place: &ShapePoint<'_>, kind: ModeKind, value: Complex<f64>, v: &[Complex<f64>]) -> Mode {
     let size = value.norm();
     Mode {
         kind,

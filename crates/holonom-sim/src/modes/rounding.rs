@@ -12,13 +12,13 @@ use vi_statics::modes::Modes;
 const TOLD: f64 = 1e-3;
 
 /// Of the modes that were found.
-pub(super) struct Rounding {
+pub(super) struct ModeRounding {
     /// Hz below which a mode is not told from one without stiffness, where that matters.
     pub(super) below: f64,
     uncertain: Option<(f64, f64)>, // rad/s, and the part of it that may be wrong
 }
 
-impl Rounding {
+impl ModeRounding {
     pub(super) fn of(found: &Modes) -> Self {
         let all = || 0..found.squared.len();
         let mut moving = all().filter(|&k| !found.is_zero(k) && !found.is_unstable(k));

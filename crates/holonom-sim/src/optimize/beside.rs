@@ -9,12 +9,14 @@
 
 use super::control::{self, search};
 use super::design::{free, parameters_found};
-use super::found::{Found, OptimizeFailure, Refinement, StartFound, Status, Step, Watch};
+use super::found::{
+    FoundOptimum, OptimizeFailure, Refinement, SearchStatus, SearchStep, SearchWatch, StartFound,
+};
 use super::node::take_times;
 use super::searched::Searched;
 use super::verdict::{is_distance, report, status, with_sensors};
 use crate::design::refused;
-use crate::gradient::trial::{From, ModelTrials};
+use crate::gradient::trial::{ModelTrials, RunBeginning};
 use crate::gradient::{GradientFailure, Prices, Wanted, priced};
 use holonom_model::{
     ControlShape, CountedAt, Model, ModelError, ModelText, Objective, ObjectiveKind, Optimize,
@@ -23,12 +25,12 @@ use holonom_model::{
 use nalgebra::DMatrix;
 use vi_control::constrained_least_squares::{Conditions, DesignOutcome, minimise};
 use vi_control::least_squares::{FitError, Parameter, Refused, Residuals};
-use vi_control::optimum::{Optimum, Verdict};
+use vi_control::optimum::{Optimum, OptimumVerdict};
 use vi_control::program::NlpSolver;
-use vi_control::transcription::Held;
+use vi_control::transcription::HeldPoint;
 
 /// The search of the controls for some parameters.
-struct Solved {
+struct SolvedControls {
     theta: Vec<f64>,
     model: Model,
     found: Optimum,
@@ -40,17 +42,17 @@ struct LeastCost<'a> {
     trials: ModelTrials<'a>,
     settings: &'a Optimize,
     method: &'a mut dyn NlpSolver,
-    progress: &'a Watch,
+    progress: &'a SearchWatch,
     /// Where the first search goes on from.
-    from: Option<&'a Held>,
-    optima: Vec<Solved>,
+    from: Option<&'a HeldPoint>,
+    optima: Vec<SolvedControls>,
     /// The last search that ended elsewhere.
-    missed: Option<Solved>,
+    missed: Option<SolvedControls>,
     /// Whether the last parameters that were tried have no optimum.
     refused: bool,
     /// Of the first search.
     starts: Vec<StartFound>,
-    rows: Vec<Step>,
+    rows: Vec<SearchStep>,
     unknowns: Vec<String>,
     iterations: usize,
     /// What no parameters mend.
@@ -59,14 +61,16 @@ struct LeastCost<'a> {
 
 impl<'a> LeastCost<'a> {
     fn new(
-        (text, overrides): (&'a ModelText, &'a [Override]),
+        text: &'a ModelText,
+        overrides: &'a [Override],
         settings: &'a Optimize,
-        (method, progress): (&'a mut dyn NlpSolver, &'a Watch),
-        point: Option<&'a Held>,
+        method: &'a mut dyn NlpSolver,
+        progress: &'a SearchWatch,
+        point: Option<&'a HeldPoint>,
     ) -> Self {
         let parameters = settings.parameters.keys().cloned().collect();
         let (initial, reads, joints) = (Vec::new(), Vec::new(), Vec::new());
-        let from = From::default();
+        let from = RunBeginning::default();
         let trials = ModelTrials { text, overrides, parameters, initial, reads, joints, from };
         Self {
             trials,
@@ -107,8 +111,8 @@ impl<'a> LeastCost<'a> {
         if self.optima.is_empty() {
             self.starts = starts;
         }
-        let solved = Solved { theta: theta.to_vec(), model, found, refinements };
-        self.refused = solved.found.verdict != Verdict::Optimal;
+        let solved = SolvedControls { theta: theta.to_vec(), model, found, refinements };
+        self.refused = solved.found.verdict != OptimumVerdict::Optimal;
         if !self.refused {
             self.optima.push(solved);
             return Ok(self.optima.len() - 1);
@@ -126,17 +130,17 @@ impl<'a> LeastCost<'a> {
             (None, Some(held)) => (control::From::Point(held), self.settings),
             (None, None) => (control::From::Guess, self.settings),
         };
-        let searched = search(&model, settings, (&mut *self.method, self.progress), from)?;
+        let searched = search(&model, settings, &mut *self.method, self.progress, from)?;
         Ok((model, searched))
     }
 
     fn is_stopped(&self) -> bool {
-        self.missed.as_ref().is_some_and(|own| own.found.verdict == Verdict::Stopped)
+        self.missed.as_ref().is_some_and(|own| own.found.verdict == OptimumVerdict::Stopped)
     }
 
     /// `dV/dθ` at an optimum.
-    fn slopes(&self, solved: &Solved) -> Result<Vec<f64>, GradientFailure> {
-        let Solved { theta, model, found, .. } = solved;
+    fn slopes(&self, solved: &SolvedControls) -> Result<Vec<f64>, GradientFailure> {
+        let SolvedControls { theta, model, found, .. } = solved;
         let overrides = self.trials.overrides(theta);
         let names = &self.trials.parameters;
         let (mut counted, prices) = with_prices(model, found);
@@ -283,12 +287,12 @@ fn movable(
 pub(super) fn both(
     (text, overrides, model): (&ModelText, &[Override], &Model),
     settings: &Optimize,
-    (method, progress): (&mut dyn NlpSolver, &Watch),
-    from: Option<&Held>,
-) -> Result<Found, OptimizeFailure> {
+    (method, progress): (&mut dyn NlpSolver, &SearchWatch),
+    from: Option<&HeldPoint>,
+) -> Result<FoundOptimum, OptimizeFailure> {
     let parameters = free(text, overrides, settings)?;
     movable(text, overrides, &parameters)?;
-    let mut least = LeastCost::new((text, overrides), settings, (method, progress), from);
+    let mut least = LeastCost::new(text, overrides, settings, method, progress, from);
     let counts = Conditions { values: vec![1.0], ..Conditions::default() };
     let most = settings.max_iterations;
     let found = minimise(&mut least, &counts, &parameters, most, &mut |_| true);
@@ -318,7 +322,7 @@ pub(super) fn both(
             None => return Err(OptimizeFailure::Run("there is no search".to_owned())),
         },
     };
-    let Solved { theta, model: own, found, refinements } = solved;
+    let SolvedControls { theta, model: own, found, refinements } = solved;
     let LeastCost { rows, starts, unknowns, iterations, missed: last, .. } = least;
     let mut found = report(&own, Searched { found, rows, starts, refinements, unknowns });
     found.report.iterations = iterations;
@@ -327,11 +331,11 @@ pub(super) fn both(
     if found.report.status.is_found() {
         found.report.status = match found.report.status {
             status if is_optimal => status,
-            _ if stopped => Status::Stopped,
-            _ => Status::Unfinished,
+            _ if stopped => SearchStatus::Stopped,
+            _ => SearchStatus::Unfinished,
         };
     }
-    if found.report.status == Status::Unfinished && found.report.missed.is_empty() {
+    if found.report.status == SearchStatus::Unfinished && found.report.missed.is_empty() {
         let words =
             "the controls are an optimum, the parameters are not: no step of them lowers the cost";
         let last = last.map(|own| status(&own.found).words());
@@ -348,11 +352,12 @@ pub(super) fn both(
 #[cfg(all(test, feature = "pounce"))]
 pub(super) fn least_cost(
     text: &ModelText,
-    (settings, theta): (&Optimize, &[f64]),
+    settings: &Optimize,
+    theta: &[f64],
     method: &mut dyn NlpSolver,
-    progress: &Watch,
+    progress: &SearchWatch,
 ) -> Result<(f64, Vec<f64>), Refused> {
-    let mut least = LeastCost::new((text, &[]), settings, (method, progress), None);
+    let mut least = LeastCost::new(text, &[], settings, method, progress, None);
     let (mut cost, mut slopes) = ([0.0], DMatrix::zeros(1, theta.len()));
     least.evaluate(theta, &mut cost, Some(&mut slopes))?;
     Ok((cost[0], slopes.as_slice().to_vec()))

@@ -3,7 +3,7 @@
 
 use super::beside::least_cost;
 use super::control_tests::{found_with as found, watch};
-use super::{Progress, Status, Watch, optimize};
+use super::{SearchProgress, SearchStatus, SearchWatch, optimize};
 use holonom_model::{ModelText, Override};
 use std::cell::RefCell;
 use std::path::Path;
@@ -27,7 +27,7 @@ fn compare(name: &str, text: &str, by: &[(&str, f64)], optimize: &str) {
         .map(|own| by.iter().find(|(key, _)| key == own).map_or(f64::NAN, |own| own.1))
         .collect();
     let (cost, slopes) =
-        least_cost(&text, (&settings, &theta), &mut Pounce::default(), &watch()).unwrap();
+        least_cost(&text, &settings, &theta, &mut Pounce::default(), &watch()).unwrap();
     for ((key, value), slope) in settings.parameters.keys().zip(&theta).zip(&slopes) {
         let full = if key.contains('.') { key.clone() } else { format!("parameters.{key}") };
         let at = |value: f64| {
@@ -205,7 +205,7 @@ fn a_length_is_found_with_the_efforts() {
     let own = own.unwrap();
     let [length, mass] = &own.report.parameters[..] else { panic!("two") };
     println!("{} of {length:?}, {mass:?}, {} iterations", own.report.cost, own.report.iterations);
-    assert_eq!(own.report.status, Status::Optimal, "{:?}", own.report);
+    assert_eq!(own.report.status, SearchStatus::Optimal, "{:?}", own.report);
     assert!(mass.at_bound && (mass.value - 0.8).abs() < 1e-12);
     assert!(!length.at_bound && own.report.replay.as_ref().unwrap().deviation < 1e-8);
     let at = |value: f64| {
@@ -235,7 +235,7 @@ fn parameters_whose_neighbours_have_no_optimum_are_none() {
     let mut method = super::control_tests::Slower { of: Pounce::default(), solves: 0 };
     let found = optimize((&text, &[], &model), Some(&mut method), None, &watch()).unwrap();
     let report = &found.report;
-    assert_eq!((report.status, method.solves > 1), (Status::Unfinished, true), "{report:?}");
+    assert_eq!((report.status, method.solves > 1), (SearchStatus::Unfinished, true), "{report:?}");
     assert!(report.missed[0].contains("the last other parameters: not finished"), "{report:?}");
     // where the parameters and the controls were is kept, and leads on
     let own = &found.kept.parameters["length"];
@@ -244,7 +244,7 @@ fn parameters_whose_neighbours_have_no_optimum_are_none() {
     let point = found.kept.point.as_ref();
     let method = &mut Pounce::default();
     let more = optimize((&text, &by, &model), Some(method), point, &watch()).unwrap().report;
-    assert_eq!(more.status, Status::Optimal);
+    assert_eq!(more.status, SearchStatus::Optimal);
     assert!((more.parameters[0].value - own).abs() > 0.05 && more.cost < report.cost - 1e-3);
 }
 
@@ -256,7 +256,11 @@ fn what_has_no_least_cost_is_said() {
     let weak =
         PENDULUM.replace("joint = \"hinge\" }]", "joint = \"hinge\", min = -0.3, max = 0.3 }]");
     let report = found(&(weak + free), &[]).unwrap().report;
-    assert_eq!((report.status, report.parameters.len()), (Status::Infeasible, 1), "{report:?}");
+    assert_eq!(
+        (report.status, report.parameters.len()),
+        (SearchStatus::Infeasible, 1),
+        "{report:?}"
+    );
     let idle = PENDULUM.replace("mass = 1.0, angle", "mass = 1.0, idle = 2.0, angle");
     let idle = idle + &free.replace("length =", "idle =").replace("0.3", "1.0");
     let error = found(&idle, &[]).err().map(|error| error.to_string()).unwrap_or_default();
@@ -266,7 +270,7 @@ fn what_has_no_least_cost_is_said() {
     let error = found(&(held + free), &[]).err().map(|error| error.to_string()).unwrap_or_default();
     assert!(error.contains("control.torque.max") && error.contains("length"), "{error}");
     let mut seen = 0;
-    let progress: Watch = Rc::new(RefCell::new(move |_: &Progress| {
+    let progress: SearchWatch = Rc::new(RefCell::new(move |_: &SearchProgress| {
         seen += 1;
         seen < 9
     }));
@@ -274,5 +278,5 @@ fn what_has_no_least_cost_is_said() {
     let model = text.model(&[]).unwrap();
     let own =
         optimize((&text, &[], &model), Some(&mut Pounce::default()), None, &progress).unwrap();
-    assert_eq!(own.report.status, Status::Stopped, "{:?}", own.report);
+    assert_eq!(own.report.status, SearchStatus::Stopped, "{:?}", own.report);
 }

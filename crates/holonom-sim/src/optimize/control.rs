@@ -3,9 +3,12 @@
 //! The program, its refinement and the verdict are those of [`vi_control::optimum`]; here stand the
 //! beginnings of a search and its runs.
 
-use super::found::{Found, OptimizeFailure, Progress, Refinement, SEED, StartFound, Step, Watch};
+use super::found::{
+    FoundOptimum, OptimizeFailure, Refinement, SEED, SearchProgress, SearchStep, SearchWatch,
+    StartFound,
+};
 use super::node::{begins, take_times};
-use super::reader::{Reader, supported};
+use super::reader::{ProblemReader, supported};
 use super::searched::Searched;
 use super::verdict::{names_of_unknowns, report, starts_outside, status};
 use crate::design::refused;
@@ -14,7 +17,7 @@ use crate::output::RunFolder;
 use crate::random::Random;
 use crate::simulation::Simulation;
 use crate::system::input::Input;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use crate::system::{self, System};
 use holonom_model::{ConditionKind, Model, ModelError, Optimize};
 use std::cell::RefCell;
@@ -23,13 +26,13 @@ use std::path::Path as File;
 use std::rc::Rc;
 use std::sync::Arc;
 use vi_constraints::integrator::SetupError;
-use vi_control::optimum::{self, LevelFound, OptimizeError, Optimum, Setting, Verdict};
+use vi_control::optimum::{self, LevelFound, OptimizeError, Optimum, OptimumVerdict, Setting};
 use vi_control::program::{Iterate, NlpSolver, SolverError};
 use vi_control::replay::Replay;
 use vi_control::transcription::problem::{
-    FinalTime, MAX_INCREMENT, Problem, ProblemError, Quantity, Rest, Uncovered, When,
+    ControlProblem, FinalTime, MAX_INCREMENT, NodeNumber, ProblemError, RestAtEnd, Uncovered, When,
 };
-use vi_control::transcription::{Guess, Held, Motion, Path, Transcription};
+use vi_control::transcription::{Guess, GuessPath, HeldPoint, SolvedMotion, Transcription};
 use vi_multibody::held_effort::HeldEffort;
 
 /// Size of disturbances of a beginning, m or rad.
@@ -51,7 +54,7 @@ struct ModelSetting<'a> {
     system: System,
     begin: Begin,
     /// For all steps of the simulation.
-    problem: Problem,
+    problem: ControlProblem,
     /// What joint coordinates change by from start to end.
     change: Vec<f64>,
     beginning: Beginning,
@@ -60,11 +63,11 @@ struct ModelSetting<'a> {
 impl<'a> ModelSetting<'a> {
     fn new(model: &'a Model, settings: &Optimize) -> Result<Self, ModelError> {
         supported(model)?;
-        let mut prepared = Prepared::new(model, &[], (&[], &Outside::default()))?;
+        let mut prepared = Prepared::new(model, &[], &[], &ExternalActions::default())?;
         let begin = Begin::new(&mut prepared)?;
         let mut system = system::build(model)?;
         let d = system.mechanism.tree().dof();
-        let mut reader = Reader {
+        let mut reader = ProblemReader {
             model,
             system: &mut system,
             acting: &prepared.system,
@@ -77,14 +80,14 @@ impl<'a> ModelSetting<'a> {
         let controls = model.controls.iter().map(|own| reader.control(own));
         let controls = controls.collect::<Result<Vec<_>, _>>()?;
         let costs = reader.costs()?;
-        let (mut conditions, mut rest, mut change) = (Vec::new(), Rest::Free, vec![0.0; d]);
+        let (mut conditions, mut rest, mut change) = (Vec::new(), RestAtEnd::Free, vec![0.0; d]);
         for own in &model.conditions {
             if own.kind == ConditionKind::Rest {
                 rest = reader.rest(own)?;
                 continue;
             }
             let condition = reader.condition(own)?;
-            if let (Quantity::Joint { unknown, start }, When::End) =
+            if let (NodeNumber::Joint { unknown, start }, When::End) =
                 (&condition.quantity, condition.when)
             {
                 let [min, max] = condition.bounds;
@@ -98,8 +101,16 @@ impl<'a> ModelSetting<'a> {
         };
         let steps = usize::try_from(model.settings.steps()).unwrap_or(usize::MAX);
         let (method, max_increment) = (model.settings.method(), MAX_INCREMENT);
-        let problem =
-            Problem { steps, time, method, controls, costs, conditions, rest, max_increment };
+        let problem = ControlProblem {
+            steps,
+            time,
+            method,
+            controls,
+            costs,
+            conditions,
+            rest,
+            max_increment,
+        };
         let beginning = Beginning::Line(vec![0.0; d]);
         let mut setting = Self { model, system, begin, problem, change, beginning };
         setting.beginning = match settings.guess.as_str() {
@@ -147,7 +158,7 @@ impl<'a> ModelSetting<'a> {
 
     /// Begins with the motion of the same mechanism with other numbers: with the same changes of
     /// joint coordinates, where these add up.
-    fn begin_beside(&mut self, motion: &Motion) {
+    fn begin_beside(&mut self, motion: &SolvedMotion) {
         let links = self.system.mechanism.tree().links();
         if links.iter().all(|link| link.joint.kind.rotation_vector().is_none()) {
             let step = |pair: &[Vec<f64>]| {
@@ -162,7 +173,7 @@ impl<'a> ModelSetting<'a> {
     }
 
     /// The problem of fewer steps.
-    fn of_steps(&self, steps: usize) -> Problem {
+    fn of_steps(&self, steps: usize) -> ControlProblem {
         let mut problem = self.problem.clone();
         let all = std::mem::replace(&mut problem.steps, steps);
         for control in &mut problem.controls {
@@ -195,7 +206,7 @@ impl<'a> ModelSetting<'a> {
                 Guess::of_run(&self.system.mechanism, nodes, controls, steps)
             }
             Beginning::Steps(changes, controls) => {
-                Guess { path: Path::Increments(changes.clone()), controls: controls.clone() }
+                Guess { path: GuessPath::Increments(changes.clone()), controls: controls.clone() }
             }
             Beginning::Line(disturbed) => {
                 let at = |n: usize| {
@@ -208,18 +219,18 @@ impl<'a> ModelSetting<'a> {
                     let (from, to) = (at(n), at(n + 1));
                     to.iter().zip(&from).map(|(a, b)| a - b).collect()
                 };
-                let path = Path::Increments((0..steps).map(step).collect());
+                let path = GuessPath::Increments((0..steps).map(step).collect());
                 Guess { path, controls: Vec::new() }
             }
         }
     }
 
-    fn run(&self, motion: &Motion) -> Result<(Simulation, Vec<HeldEffort>), ModelError> {
+    fn run(&self, motion: &SolvedMotion) -> Result<(Simulation, Vec<HeldEffort>), ModelError> {
         let mut model = self.model.clone();
         take_times(&mut model, motion);
         let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
         let efforts = inputs.iter().map(Input::effort).collect();
-        let outside = Outside::of_inputs(&inputs);
+        let outside = ExternalActions::of_inputs(&inputs);
         Ok((Simulation::with_outside(&model, &outside)?, efforts))
     }
 }
@@ -233,7 +244,7 @@ impl Setting for ModelSetting<'_> {
         Transcription::new(mechanism, system, self.begin.at(), self.of_steps(steps), guess)
     }
 
-    fn replay(&self, motion: &Motion) -> Result<Replay, String> {
+    fn replay(&self, motion: &SolvedMotion) -> Result<Replay, String> {
         let (simulation, efforts) = self.run(motion).map_err(|error| error.to_string())?;
         Ok(Replay::of(&mut simulation.into_integrator(), &efforts, motion))
     }
@@ -258,11 +269,11 @@ fn nodes_of(model: &Model) -> Result<Vec<Vec<f64>>, ModelError> {
 pub(super) fn control(
     model: &Model,
     settings: &Optimize,
-    method: (&mut dyn NlpSolver, &Watch),
-    from: Option<&Held>,
-) -> Result<Found, OptimizeFailure> {
+    (method, progress): (&mut dyn NlpSolver, &SearchWatch),
+    from: Option<&HeldPoint>,
+) -> Result<FoundOptimum, OptimizeFailure> {
     let from = from.map_or(From::Guess, From::Point);
-    Ok(report(model, search(model, settings, method, from)?))
+    Ok(report(model, search(model, settings, method, progress, from)?))
 }
 
 /// What a search begins with.
@@ -271,16 +282,17 @@ pub(super) enum From<'a> {
     /// The guess of the model.
     Guess,
     /// The motion of the same mechanism with other numbers.
-    Motion(&'a Motion),
+    Motion(&'a SolvedMotion),
     /// Where an earlier search of the same problem ended.
-    Point(&'a Held),
+    Point(&'a HeldPoint),
 }
 
 /// Looks for the controls of a model.
 pub(super) fn search(
     model: &Model,
     settings: &Optimize,
-    (method, progress): (&mut dyn NlpSolver, &Watch),
+    method: &mut dyn NlpSolver,
+    progress: &SearchWatch,
     from: From<'_>,
 ) -> Result<Searched, OptimizeFailure> {
     let alone = Optimize { guess: "line".to_owned(), starts: 1, ..settings.clone() };
@@ -295,7 +307,7 @@ pub(super) fn search(
     let (steps, d) = (setting.problem.steps, setting.change.len());
     let mut random = Random(SEED);
     let (mut best, mut starts): (Option<Optimum>, _) = (None, Vec::new());
-    let rows: Rc<RefCell<Vec<Step>>> = Rc::default();
+    let rows: Rc<RefCell<Vec<SearchStep>>> = Rc::default();
     for start in 1..=settings.starts {
         if start > 1 {
             let by = (0..d).map(|_| DISTURBED * random.number()).collect();
@@ -305,10 +317,11 @@ pub(super) fn search(
         let told = progress.clone();
         let watch = move |steps: usize, at: &Iterate| {
             let iterate = *at;
-            seen.borrow_mut().push(Step { start, steps, iterate, parameters: Vec::new() });
+            seen.borrow_mut().push(SearchStep { start, steps, iterate, parameters: Vec::new() });
             let iteration = seen.borrow().len() - before;
             let Iterate { cost, infeasibility, .. } = iterate;
-            let goes_on = (told.borrow_mut())(&Progress { start, iteration, cost, infeasibility });
+            let goes_on =
+                (told.borrow_mut())(&SearchProgress { start, iteration, cost, infeasibility });
             if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         };
         let watch: optimum::Progress = Rc::new(RefCell::new(watch));
@@ -331,9 +344,9 @@ pub(super) fn search(
         })?;
         let (status, cost) = (status(&found), found.cost());
         StartFound::add(&mut starts, status, cost, String::new());
-        let stopped = found.verdict == Verdict::Stopped;
+        let stopped = found.verdict == OptimumVerdict::Stopped;
         let rank = |own: &Optimum| {
-            (own.verdict != Verdict::Optimal, !own.bounded_turns.is_empty(), own.cost())
+            (own.verdict != OptimumVerdict::Optimal, !own.bounded_turns.is_empty(), own.cost())
         };
         if best.as_ref().is_none_or(|other| rank(&found) < rank(other)) {
             best = Some(found);

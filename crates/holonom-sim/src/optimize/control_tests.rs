@@ -1,28 +1,31 @@
 //! Optima of controls by POUNCE from model files: stored costs, the run of the result.
 #![cfg(feature = "pounce")]
 
-use super::{Found, OptimizeFailure, Progress, Status, Watch, optimize};
+use super::{FoundOptimum, OptimizeFailure, SearchProgress, SearchStatus, SearchWatch, optimize};
 use crate::simulation::Simulation;
 use crate::system::input::Input;
-use crate::system::outside::Outside;
+use crate::system::outside::ExternalActions;
 use holonom_model::{Model, ModelText, Override};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
 use vi_control::Pounce;
-use vi_control::program::{NlpSolver, SharedProgram, Solved, SolverError, Start};
+use vi_control::program::{MethodStart, NlpSolver, SharedProgram, Solved, SolverError};
 
-pub(super) fn watch() -> Watch {
-    Rc::new(RefCell::new(|_: &Progress| true))
+pub(super) fn watch() -> SearchWatch {
+    Rc::new(RefCell::new(|_: &SearchProgress| true))
 }
 
-pub(super) fn found_with(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
+pub(super) fn found_with(
+    text: &str,
+    overrides: &[Override],
+) -> Result<FoundOptimum, OptimizeFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(overrides)?;
     optimize((&text, overrides, &model), Some(&mut Pounce::default()), None, &watch())
 }
 
-fn found(text: &str) -> Result<Found, OptimizeFailure> {
+fn found(text: &str) -> Result<FoundOptimum, OptimizeFailure> {
     found_with(text, &[])
 }
 
@@ -38,7 +41,7 @@ condition = [{ name = "up", sensor = "angle", equals = 3.141592653589793 }, { na
 "#;
 
 /// The run of the model that is found, read again from its text: its last node.
-fn run(found: &Found) -> Vec<f64> {
+fn run(found: &FoundOptimum) -> Vec<f64> {
     let model = Model::from_toml(&found.model.to_toml()).unwrap();
     assert_eq!(model, found.model);
     let mut simulation = Simulation::new(&model).unwrap();
@@ -51,12 +54,12 @@ fn run(found: &Found) -> Vec<f64> {
 
 /// The nodes of the run of the model that is found, and those of the model with its controls from
 /// outside, in turn.
-fn run_and_replay(text: &str, found: &Found) -> [Vec<Vec<f64>>; 2] {
+fn run_and_replay(text: &str, found: &FoundOptimum) -> [Vec<Vec<f64>>; 2] {
     let mut model = Model::from_toml(text).unwrap();
     model.settings.step = found.report.step;
     model.settings.end = found.report.time;
     let inputs: Vec<Input> = model.controls.iter().map(Input::of).collect();
-    let outside = Outside::of_inputs(&inputs);
+    let outside = ExternalActions::of_inputs(&inputs);
     let mut replay = Simulation::with_outside(&model, &outside).unwrap();
     let mut run = Simulation::new(&Model::from_toml(&found.model.to_toml()).unwrap()).unwrap();
     let mut nodes = [Vec::new(), Vec::new()];
@@ -111,7 +114,7 @@ fn conditions_are_judged_between_nodes() {
     let text = PENDULUM.replace("type = \"rest\" }]", more);
     let found = found(&text).unwrap();
     let report = &found.report;
-    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
     let mut model = found.model.clone();
     model.settings.step = 0.025;
     let mut simulation = Simulation::new(&model).unwrap();
@@ -139,7 +142,7 @@ fn rest_that_is_missed_counts() {
     let text =
         PENDULUM.replace("{ name = \"torque\"", "{ name = \"torque\", max = 0.1, min = -0.1");
     let report = found(&text).unwrap().report;
-    assert_ne!(report.status, Status::Optimal);
+    assert_ne!(report.status, SearchStatus::Optimal);
     let stop = &report.conditions[1];
     assert!((stop.violation - stop.value.abs()).abs() < 1e-15, "{stop:?}");
     assert!(report.conditions.iter().any(|own| own.violation > 1e-2), "{:?}", report.conditions);
@@ -150,10 +153,10 @@ fn rest_that_is_missed_counts() {
 fn turns_at_their_bound_are_said() {
     let text = PENDULUM.replace("step = 0.05", "step = 0.25").replace("3.141592653589793", "7.0");
     let report = found(&text).unwrap().report;
-    assert_eq!((report.status, report.turns_at_bound), (Status::TurnsBounded, Some(6)));
+    assert_eq!((report.status, report.turns_at_bound), (SearchStatus::TurnsBounded, Some(6)));
     assert!(report.missed[0].contains("6 of 8 steps: take more steps"), "{:?}", report.missed);
     let report = found(&text.replace("step = 0.25", "step = 0.05")).unwrap().report;
-    assert_eq!((report.status, report.turns_at_bound), (Status::Optimal, Some(0)));
+    assert_eq!((report.status, report.turns_at_bound), (SearchStatus::Optimal, Some(0)));
     assert!(report.missed.is_empty());
 }
 
@@ -163,14 +166,14 @@ fn an_optimum_of_fewer_steps_is_kept() {
     let text = PENDULUM.replace("step = 0.05", "step = 0.0125") + "optimize = { refine = 2 }";
     let all = found(&text).unwrap().report;
     let counts: Vec<usize> = all.refinements.iter().map(|own| own.steps).collect();
-    assert_eq!((all.status, &counts[..]), (Status::Optimal, &[40, 80, 160][..]));
+    assert_eq!((all.status, &counts[..]), (SearchStatus::Optimal, &[40, 80, 160][..]));
     assert!((all.convergence().unwrap()[0] - 2.0).abs() < 0.05);
     let mut method = Slower { of: Pounce { max_iterations: 300 }, solves: 0 };
     let text = ModelText::from_text(Path::new("model.toml"), &text);
     let model = text.model(&[]).unwrap();
     let kept = optimize((&text, &[], &model), Some(&mut method), None, &watch()).unwrap();
     let report = &kept.report;
-    assert_eq!((report.status, report.steps), (Status::Unfinished, 40));
+    assert_eq!((report.status, report.steps), (SearchStatus::Unfinished, 40));
     assert!(
         report.missed[0].contains("with 160 steps; the optimum with 40"),
         "{:?}",
@@ -185,7 +188,7 @@ fn an_optimum_of_fewer_steps_is_kept() {
     let point = kept.kept.point.as_ref().unwrap();
     let more = optimize((&text, &[], &model), Some(&mut Pounce::default()), Some(point), &watch());
     let more = more.unwrap().report;
-    assert_eq!((more.status, more.steps), (Status::Optimal, 160));
+    assert_eq!((more.status, more.steps), (SearchStatus::Optimal, 160));
     assert!((more.cost - all.cost).abs() < 1e-9 * all.cost);
 }
 
@@ -199,8 +202,8 @@ impl NlpSolver for Slower {
     fn solve(
         &mut self,
         program: &SharedProgram,
-        start: &Start,
-        watch: vi_control::program::Watch,
+        start: &MethodStart,
+        watch: vi_control::program::MethodWatch,
     ) -> Result<Solved, SolverError> {
         self.solves += 1;
         self.of.max_iterations = if self.solves == 1 { 300 } else { 1 };
@@ -232,9 +235,9 @@ fn a_search_goes_on_from_where_it_was_stopped() {
     for text in [format!("{text}{timed}"), format!("{PENDULUM}optimize = {{ refine = 0 }}")] {
         let text = ModelText::from_text(Path::new("model.toml"), &text);
         let model = text.model(&[]).unwrap();
-        let search = |most: usize, from: Option<&super::Point>| {
+        let search = |most: usize, from: Option<&super::ProgramPoint>| {
             let count = std::cell::Cell::new(0);
-            let watch: Watch = Rc::new(RefCell::new(move |_: &Progress| {
+            let watch: SearchWatch = Rc::new(RefCell::new(move |_: &SearchProgress| {
                 count.set(count.get() + 1);
                 count.get() < most
             }));
@@ -243,15 +246,15 @@ fn a_search_goes_on_from_where_it_was_stopped() {
         let whole = search(usize::MAX, None);
         let most = whole.report.iterations;
         let stopped = search(most, None);
-        assert_eq!(stopped.report.status, Status::Stopped);
+        assert_eq!(stopped.report.status, SearchStatus::Stopped);
         let json = serde_json::to_string(&stopped.kept).unwrap();
-        let kept: super::Kept = serde_json::from_str(&json).unwrap();
+        let kept: super::SearchEnd = serde_json::from_str(&json).unwrap();
         assert_eq!(kept, stopped.kept);
         let more = search(usize::MAX, kept.point.as_ref());
         let begins = more.steps[0].iterate;
         println!("{most} of {}, then {}", whole.report.iterations, more.report.iterations);
         println!("{begins:?} after {:?}", stopped.steps.last());
-        assert_eq!(more.report.status, Status::Optimal);
+        assert_eq!(more.report.status, SearchStatus::Optimal);
         let cost = whole.report.cost;
         assert!((more.report.cost - cost).abs() < 1e-9 * cost);
         let last = stopped.steps.last().unwrap().iterate;
@@ -263,7 +266,7 @@ fn a_search_goes_on_from_where_it_was_stopped() {
             let all = json["point"][part].as_array_mut().unwrap();
             all.iter_mut().for_each(|own| *own = 0.0.into());
         }
-        let bare: super::Kept = serde_json::from_value(json).unwrap();
+        let bare: super::SearchEnd = serde_json::from_value(json).unwrap();
         let bare = search(usize::MAX, bare.point.as_ref());
         println!(
             "{:?}, {} iterations without multipliers",
@@ -296,7 +299,11 @@ fn a_start_outside_of_bounds_along_the_path_is_named() {
     }
     // at a bound, and within
     for condition in ["sensor = \"place.z\", min = -0.5", "sensor = \"rate\", min = -30.0"] {
-        assert_eq!(found(&with(condition)).unwrap().report.status, Status::Optimal, "{condition}");
+        assert_eq!(
+            found(&with(condition)).unwrap().report.status,
+            SearchStatus::Optimal,
+            "{condition}"
+        );
     }
 }
 
@@ -322,7 +329,7 @@ fn optima_of_every_order_are_repeated_bit_for_bit() {
             "{method} {order}: {} in {} iterations, {deviation:.1e}",
             report.cost, report.iterations
         );
-        assert_eq!(report.status, Status::Optimal, "{report:?}");
+        assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
         assert_eq!((report.steps, found.controls.len(), found.costates.len()), (40, 40, 40));
         assert_eq!((found.model.settings.order, report.sufficient), (order, Some(true)));
         assert!(deviation < 1e-10);
@@ -352,7 +359,7 @@ fn a_motor_acts_beside_a_control_of_its_joint() {
         let text = with(motor).replace("name = \"place\"", "name = \"values_0\"");
         let found = found(&text).unwrap();
         println!("{method}: {} for {}", found.report.cost, wanted.cost);
-        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+        assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
         assert!((found.report.cost - wanted.cost).abs() < 1e-9 * wanted.cost);
         assert!((found.report.cost - 4.434825997490211).abs() > 0.1);
         let model = Model::from_toml(&text).unwrap();
@@ -395,7 +402,7 @@ fn two_freedoms_of_a_joint_have_controls_of_their_own() {
     let text = text("cylindrical", &["s.0", "s.1"], &to);
     let both = found(&text).unwrap();
     println!("{} for {slides} + {turns}", both.report.cost);
-    assert_eq!(both.report.status, Status::Optimal, "{:?}", both.report);
+    assert_eq!(both.report.status, SearchStatus::Optimal, "{:?}", both.report);
     assert!((both.report.cost - slides - turns).abs() < 1e-9 * (slides + turns));
     let [run, replay] = run_and_replay(&text, &both);
     assert_eq!(run, replay);
@@ -417,7 +424,7 @@ fn efforts_lie_on_lines_between_knots() {
     let [free, held] = ["", ", hold = 4"].map(|what| with(what).report.cost);
     let single = with(", shape = \"linear\"").report.cost;
     println!("{free} < {} < {held}", lines.report.cost);
-    assert_eq!(lines.report.status, Status::Optimal, "{:?}", lines.report);
+    assert_eq!(lines.report.status, SearchStatus::Optimal, "{:?}", lines.report);
     assert!((single - free).abs() < 1e-9 * free);
     assert!(free + 1e-4 < lines.report.cost && lines.report.cost < held - 1e-2);
     let values: Vec<f64> = lines.controls.iter().map(|row| row[0]).collect();
@@ -433,7 +440,7 @@ fn efforts_lie_on_lines_between_knots() {
     let q = run(&lines);
     assert!((q[2] - 0.5).abs() < 1e-8, "{q:?}");
     let bounded = with(", shape = \"linear\", hold = 4, min = -3.0, max = 3.0");
-    assert_eq!(bounded.report.status, Status::Optimal, "{:?}", bounded.report);
+    assert_eq!(bounded.report.status, SearchStatus::Optimal, "{:?}", bounded.report);
     assert!(
         bounded.report.controls[0].largest <= 3.0 + 1e-12
             && bounded.report.controls[0].at_bounds > 0
@@ -457,10 +464,10 @@ fn gears_and_prescribed_motions_hold_beside_controls() {
     };
     let both = found(&with(-1.0)).unwrap();
     println!("{} for 4 x {alone}", both.report.cost);
-    assert_eq!(both.report.status, Status::Optimal, "{:?}", both.report);
+    assert_eq!(both.report.status, SearchStatus::Optimal, "{:?}", both.report);
     assert!((both.report.cost - 4.0 * alone).abs() < 1e-9 * alone);
     let slow = found(&with(3.0)).unwrap();
-    assert_eq!(slow.report.status, Status::Optimal, "{:?}", slow.report);
+    assert_eq!(slow.report.status, SearchStatus::Optimal, "{:?}", slow.report);
     let [run, replay] = run_and_replay(&with(3.0), &slow);
     assert_eq!(run, replay);
     // a third of a half turn the other way round
@@ -484,7 +491,7 @@ fn gears_and_prescribed_motions_hold_beside_controls() {
     for method in methods {
         let [still, moving] = [0.0, 0.7].map(|rate| found(&rail(rate, method)).unwrap());
         println!("{method}: {} for {}", moving.report.cost, still.report.cost);
-        assert_eq!(moving.report.status, Status::Optimal, "{:?}", moving.report);
+        assert_eq!(moving.report.status, SearchStatus::Optimal, "{:?}", moving.report);
         assert!((moving.report.cost - still.report.cost).abs() < 1e-8 * still.report.cost);
         let [run, replay] = run_and_replay(&rail(0.7, method), &moving);
         assert_eq!(run, replay);
@@ -492,7 +499,7 @@ fn gears_and_prescribed_motions_hold_beside_controls() {
     }
     let shaken = rail(0.0, "").replace("path = { rate = 0.0 }", "path = \"0.2*(1 - cos(5*t))\"");
     let own = found(&shaken).unwrap();
-    assert_eq!(own.report.status, Status::Optimal, "{:?}", own.report);
+    assert_eq!(own.report.status, SearchStatus::Optimal, "{:?}", own.report);
     let [run, replay] = run_and_replay(&shaken, &own);
     assert_eq!(run, replay);
     assert!((run[39][0] - 0.2 * (1.0 - 10.0_f64.cos())).abs() < 1e-10);
@@ -507,7 +514,7 @@ fn a_pendulum_swings_up_at_the_stored_cost() {
     let found_of = found;
     let found = found(PENDULUM).unwrap();
     let report = &found.report;
-    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
     assert!((report.cost - 4.434825997490211).abs() < 1e-8, "{}", report.cost);
     assert_eq!(report.sufficient, Some(true));
     assert!(report.replay.as_ref().unwrap().deviation < 1e-8);
@@ -539,7 +546,7 @@ fn a_projected_start_is_that_of_the_run() {
     let found_of = found;
     let found = found_of(&text).unwrap();
     let report = &found.report;
-    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
     let replay = report.replay.as_ref().unwrap().deviation;
     let [x, _, z] = [0, 1, 2].map(|i| run(&found)[i]);
     // of the impulse [0.4, 0.1, 0.3] at the centre the hinge leaves a rate about its axis
@@ -563,7 +570,7 @@ fn a_torque_on_a_body_swings_it_up_at_the_stored_cost() {
         let found = found.unwrap();
         let report = &found.report;
         println!("{frame}: {} in {} iterations", report.cost, report.iterations);
-        assert_eq!(report.status, Status::Optimal, "{report:?}");
+        assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
         assert!((report.cost - 4.434825997490211).abs() < 1e-8, "{}", report.cost);
         assert!(report.replay.as_ref().unwrap().deviation < 1e-8);
         assert!((run(&found)[2] - 0.5).abs() < 1e-8);
@@ -589,7 +596,7 @@ fn thrusters_bring_a_free_body_to_rest() {
     let way = |d: f64, unit: f64| 6.0 * (2.0 * d / unit).powi(2) / (h.powi(3) * n * (n * n - 1.0));
     let wanted = way(1.5, 1.0) + way(0.8, 2.0);
     println!("{} for {wanted}", found.report.cost);
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     assert!((found.report.cost - wanted).abs() < 1e-9 * wanted, "{}", found.report.cost);
     let q = run(&found);
     assert!((q[0] - 1.5).abs() < 1e-9 && (q[1] + 0.8).abs() < 1e-9, "{q:?}");
@@ -613,7 +620,11 @@ optimize = { refine = 2 }
     let found = found(text).unwrap();
     let (report, [order, _]) = (&found.report, found.report.convergence().unwrap());
     println!("{} in {} iterations, order {order:.2}", report.cost, report.iterations);
-    assert_eq!((report.status, report.sufficient), (Status::Optimal, Some(true)), "{report:?}");
+    assert_eq!(
+        (report.status, report.sufficient),
+        (SearchStatus::Optimal, Some(true)),
+        "{report:?}"
+    );
     assert!((order - 2.0).abs() < 0.2, "{order}");
     assert!(report.replay.as_ref().unwrap().deviation < 1e-8);
     let q = run(&found);
@@ -643,7 +654,7 @@ fn bounds_hold_by(method: &str, cost: f64) {
     let text = text.replace("3.141592653589793", "1.0");
     let free = found(&text).unwrap();
     let report = &free.report;
-    assert_eq!(report.status, Status::Optimal, "{report:?}");
+    assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
     assert!(report.time > 0.3 && report.time < 1.9 && (report.time - 2.0).abs() > 1e-3);
     assert!(report.controls[0].largest <= 7.0 && report.controls[0].at_bounds > 0, "{report:?}");
     let pairs = free.controls.chunks(2);
@@ -661,7 +672,7 @@ fn bounds_hold_by(method: &str, cost: f64) {
     for start in ["1,", "2,", "3,"] {
         assert!(rows.lines().skip(1).any(|row| row.starts_with(start)), "no row of {start}");
     }
-    if by_point.report.status == Status::Optimal {
+    if by_point.report.status == SearchStatus::Optimal {
         assert!((by_point.report.cost - cost).abs() < 0.01, "{}", by_point.report.cost);
     }
 }
@@ -680,7 +691,7 @@ fn a_free_time_is_least_beside_dampers_loads_and_laws() {
             + forces;
         let free = found(&format!("{text}optimize = {{ time = {{ min = 0.5, max = 6.0 }} }}\n"));
         let free = free.unwrap().report;
-        assert_eq!((free.status, free.sufficient), (Status::Optimal, Some(true)), "{free:?}");
+        assert_eq!((free.status, free.sufficient), (SearchStatus::Optimal, Some(true)), "{free:?}");
         assert!(free.replay.as_ref().unwrap().deviation < 1e-8);
         let given = |time: f64| {
             let step = time / 40.0;
@@ -710,7 +721,7 @@ fn what_no_effort_meets_is_infeasible() {
     let text =
         PENDULUM.replace("joint = \"hinge\" }]", "joint = \"hinge\", min = -0.3, max = 0.3 }]");
     let report = found(&text).unwrap().report;
-    assert_eq!(report.status, Status::Infeasible, "{report:?}");
+    assert_eq!(report.status, SearchStatus::Infeasible, "{report:?}");
     assert!(!report.missed.is_empty());
 }
 
@@ -749,7 +760,7 @@ fn another_motion_of_the_run_is_explained() {
     let nine = "step = 0.2222222222222222, end = 2.0, order = 4, method = \"composition\"";
     let found = found(&PENDULUM.replace("step = 0.05, end = 2.0", nine)).unwrap();
     println!("{:?}: {:?}", found.report.status, found.report.missed);
-    assert_eq!((found.report.status, found.report.steps), (Status::OtherMotion, 9));
+    assert_eq!((found.report.status, found.report.steps), (SearchStatus::OtherMotion, 9));
     let [message] = &found.report.missed[..] else { panic!("one") };
     assert!(message.contains("at node 8") && message.contains("take more steps"), "{message}");
 }
@@ -765,7 +776,7 @@ fn dampers_beside_backward_sub_steps_are_refused() {
     assert!(message.contains("backward sub-steps"), "{message}");
     assert!(all.contains("galerkin"), "{all}");
     let text = text.replace("order = 4", "order = 4, method = \"galerkin\"");
-    assert_eq!(found(&text).unwrap().report.status, Status::Optimal);
+    assert_eq!(found(&text).unwrap().report.status, SearchStatus::Optimal);
 }
 
 /// The case `oc07`: a closed loop with redundant rows comes to rest, driven at one joint.
@@ -803,7 +814,7 @@ fn a_four_bar_comes_to_rest_at_the_stored_cost() {
     ]
     .concat();
     let found = found(&text).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     assert!((found.report.cost - 8.43491718802377).abs() < 1e-7, "{}", found.report.cost);
     assert!(found.report.replay.unwrap().deviation < 1e-8);
 }
@@ -832,7 +843,7 @@ fn out_of_reach_by(method: &str) {
     let both = format!("{up}, {{ name = \"aside\", sensor = \"place.x\", equals = 0.3 }}");
     let report = of(up, &both);
     println!("{:?}: {:?}", report.status, report.missed);
-    assert_ne!(report.status, Status::Optimal);
+    assert_ne!(report.status, SearchStatus::Optimal);
     let named =
         |own: &String| own.starts_with("`up` at node 40, `aside` at node 40 change together");
     assert!(report.missed.iter().any(named), "{:?}", report.missed);
@@ -843,7 +854,7 @@ fn out_of_reach_by(method: &str) {
         TUG.replace("force = [1.0, 0.0, 0.0]", "force = [1.0, 0.0, 0.0], min = -0.1, max = 0.1");
     for report in [weak, found(&text).unwrap().report] {
         println!("{:?}: {:?}", report.status, report.missed);
-        assert_eq!(report.status, Status::Infeasible);
+        assert_eq!(report.status, SearchStatus::Infeasible);
         assert!(!report.missed.iter().any(|own| own.contains("at the guess")), "{report:?}");
     }
 }

@@ -7,21 +7,21 @@
 //! The method is [`vi_control::constrained_least_squares`].
 
 use super::found::{
-    ConditionMet, Found, OptimizeFailure, OptimumReport, ParameterFound, ProblemSize, Progress,
-    SEED, StartFound, Status, Step, plain,
+    ConditionMet, FoundOptimum, OptimizeFailure, OptimumReport, ParameterFound, ProblemSize, SEED,
+    SearchProgress, SearchStatus, SearchStep, StartFound, plain,
 };
-use super::kept::Kept;
-use super::rows::{Rows, last_step};
+use super::kept::SearchEnd;
+use super::rows::{ResidualRows, last_step};
 use super::verdict::missed;
 use crate::design::{number, refused};
 use crate::gradient::TermValue;
-use crate::gradient::trial::{From, ModelTrials};
+use crate::gradient::trial::{ModelTrials, RunBeginning};
 use crate::random::Random;
 use holonom_model::{
     ConditionKind, Model, ModelError, ModelText, Objective, ObjectiveKind, Optimize, Override,
 };
 use vi_control::constrained_least_squares::{
-    Conditions, Design, DesignOutcome, Evaluation, minimise,
+    Conditions, ConstrainedOptimum, DesignOutcome, Evaluation, minimise,
 };
 use vi_control::identification::MotionResiduals;
 use vi_control::least_squares::{FitError, Parameter, Residuals};
@@ -57,19 +57,19 @@ pub(super) fn design(
     overrides: &[Override],
     model: &Model,
     settings: &Optimize,
-    progress: &mut dyn FnMut(&Progress) -> bool,
-) -> Result<Found, OptimizeFailure> {
+    progress: &mut dyn FnMut(&SearchProgress) -> bool,
+) -> Result<FoundOptimum, OptimizeFailure> {
     if settings.time.is_some() {
         let what = "a free time without controls";
         let help = "remove `time`: the motion of a design lasts until `end`";
         return Err(refused("optimize.time", what, help).into());
     }
-    let rows = Rows::new(model)?;
+    let rows = ResidualRows::new(model)?;
     let parameters = free(text, overrides, settings)?;
     let names: Vec<String> = parameters.iter().map(|own| own.name.clone()).collect();
     let trials = || {
         let (initial, reads) = (Vec::new(), rows.reads.clone());
-        let (joints, from) = (Vec::new(), From::default());
+        let (joints, from) = (Vec::new(), RunBeginning::default());
         ModelTrials { text, overrides, parameters: names.clone(), initial, reads, joints, from }
     };
     let begin: Vec<f64> = parameters.iter().map(|own| own.start).collect();
@@ -82,8 +82,8 @@ pub(super) fn design(
     let paths = rows.conditions.iter().map(|own| own.start - first..own.end - first).collect();
     let values = rows.weights.clone();
     let conditions = Conditions { values, bounds: rows.bounds.clone(), paths };
-    let (mut best, mut starts): (Option<Design>, _) = (None, Vec::new());
-    let mut steps: Vec<Step> = Vec::new();
+    let (mut best, mut starts): (Option<ConstrainedOptimum>, _) = (None, Vec::new());
+    let mut steps: Vec<SearchStep> = Vec::new();
     let mut random = Random(SEED);
     for start in 1..=settings.starts {
         let mut own = parameters.clone();
@@ -97,20 +97,20 @@ pub(super) fn design(
         let mut watch = |at: &Evaluation| {
             let (iteration, infeasibility) = (steps.len() - before, at.violation);
             let cost = at.cost + constant(model);
-            steps.push(Step {
+            steps.push(SearchStep {
                 start,
                 steps: last_step(model),
                 iterate: Iterate { iteration, cost, infeasibility, ..Iterate::default() },
                 parameters: at.parameters.clone(),
             });
-            progress(&Progress { start, iteration: iteration + 1, cost, infeasibility })
+            progress(&SearchProgress { start, iteration: iteration + 1, cost, infeasibility })
         };
         let found =
             minimise(&mut residuals, &conditions, &own, settings.max_iterations, &mut watch);
         let found = match found {
             Ok(found) => found,
             Err(FitError::Start(refused)) if start > 1 => {
-                let status = Status::Unfinished;
+                let status = SearchStatus::Unfinished;
                 StartFound::add(&mut starts, status, f64::NAN, refused.0);
                 continue;
             }
@@ -125,7 +125,7 @@ pub(super) fn design(
         let cost = found.cost + constant(model);
         StartFound::add(&mut starts, status, cost, String::new());
         let stopped = found.outcome == DesignOutcome::Stopped;
-        let rank = |own: &Design| (own.outcome != DesignOutcome::Optimal, own.cost);
+        let rank = |own: &ConstrainedOptimum| (own.outcome != DesignOutcome::Optimal, own.cost);
         if best.as_ref().is_none_or(|other| rank(&found) < rank(other)) {
             best = Some(found);
         }
@@ -158,12 +158,12 @@ pub(super) fn parameters_found(parameters: &[Parameter], theta: &[f64]) -> Vec<P
     parameters.iter().zip(theta).map(one).collect()
 }
 
-fn status(outcome: DesignOutcome) -> Status {
+fn status(outcome: DesignOutcome) -> SearchStatus {
     match outcome {
-        DesignOutcome::Optimal => Status::Optimal,
-        DesignOutcome::Infeasible => Status::Infeasible,
-        DesignOutcome::Stopped => Status::Stopped,
-        DesignOutcome::Exhausted | DesignOutcome::Stuck => Status::Unfinished,
+        DesignOutcome::Optimal => SearchStatus::Optimal,
+        DesignOutcome::Infeasible => SearchStatus::Infeasible,
+        DesignOutcome::Stopped => SearchStatus::Stopped,
+        DesignOutcome::Exhausted | DesignOutcome::Stuck => SearchStatus::Unfinished,
     }
 }
 
@@ -180,11 +180,11 @@ fn why(outcome: DesignOutcome, conditions: &[ConditionMet]) -> Vec<String> {
 
 fn report(
     model: &Model,
-    (rows, parameters): (&Rows, &[Parameter]),
-    (residuals, found): (&mut dyn Residuals, Design),
-    (steps, starts): (Vec<Step>, Vec<StartFound>),
+    (rows, parameters): (&ResidualRows, &[Parameter]),
+    (residuals, found): (&mut dyn Residuals, ConstrainedOptimum),
+    (steps, starts): (Vec<SearchStep>, Vec<StartFound>),
     trials: &ModelTrials<'_>,
-) -> Result<Found, OptimizeFailure> {
+) -> Result<FoundOptimum, OptimizeFailure> {
     let mut values = vec![0.0; rows.count];
     residuals
         .evaluate(&found.parameters, &mut values, None)
@@ -241,8 +241,8 @@ fn report(
     let mut model = trials.model(&found.parameters)?;
     plain(&mut model);
     let names = parameters.iter().map(|own| own.name.clone());
-    let kept = Kept { parameters: names.zip(found.parameters).collect(), point: None };
-    Ok(Found {
+    let kept = SearchEnd { parameters: names.zip(found.parameters).collect(), point: None };
+    Ok(FoundOptimum {
         report,
         steps,
         model,

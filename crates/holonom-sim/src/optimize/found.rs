@@ -1,6 +1,6 @@
 //! What an optimum is, as `optimum.json` and `iterations.csv` have it.
 
-use super::kept::Kept;
+use super::kept::SearchEnd;
 use crate::gradient::TermValue;
 use holonom_model::{Condition, ConditionKind, Model, ModelError};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub(super) const SEED: u64 = 20_101_127;
 /// How a search ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Status {
+pub enum SearchStatus {
     /// A local optimum.
     Optimal,
     /// A local optimum among motions that turn no joint by more than 1 rad in a step, which does so
@@ -35,7 +35,7 @@ pub enum Status {
     TurnsTooFar,
 }
 
-impl Status {
+impl SearchStatus {
     /// Whether its motion meets the conditions, and no other motion of these steps that is near is
     /// better.
     #[must_use]
@@ -224,7 +224,7 @@ pub struct StartFound {
     /// How many ended there: in the same way, with the same cost to 1e-6 of it.
     pub count: usize,
     /// How they ended.
-    pub status: Status,
+    pub status: SearchStatus,
     /// Their cost.
     pub cost: f64,
     /// Why they have none.
@@ -237,7 +237,7 @@ const SAME_COST: f64 = 1e-6;
 
 impl StartFound {
     /// Adds a search to those that ended elsewhere, or in the same place.
-    pub(super) fn add(all: &mut Vec<Self>, status: Status, cost: f64, message: String) {
+    pub(super) fn add(all: &mut Vec<Self>, status: SearchStatus, cost: f64, message: String) {
         let start = all.iter().map(|own| own.count).sum::<usize>() + 1;
         let same = |own: &&mut Self| {
             let near = (own.cost - cost).abs() <= SAME_COST * cost.abs().max(own.cost.abs());
@@ -261,7 +261,7 @@ pub struct OptimumReport {
     /// The model.
     pub model: String,
     /// How the search ended.
-    pub status: Status,
+    pub status: SearchStatus,
     /// Why it is no optimum: what misses most.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub missed: Vec<String>,
@@ -321,7 +321,7 @@ impl OptimumReport {
 
 /// An iteration, a row of `iterations.csv`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Step {
+pub struct SearchStep {
     /// Number of the search, from 1.
     pub start: usize,
     /// Steps of the motion.
@@ -334,7 +334,7 @@ pub struct Step {
 
 /// What is said while a search lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct SearchProgress {
     /// Number of the search, from 1.
     pub start: usize,
     /// Iterations so far.
@@ -346,15 +346,15 @@ pub struct Progress {
 }
 
 /// Sees each iteration; false stops.
-pub type Watch = Rc<RefCell<dyn FnMut(&Progress) -> bool>>;
+pub type SearchWatch = Rc<RefCell<dyn FnMut(&SearchProgress) -> bool>>;
 
 /// An optimum with what its files hold.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundOptimum {
     /// In numbers.
     pub report: OptimumReport,
     /// The iterations.
-    pub steps: Vec<Step>,
+    pub steps: Vec<SearchStep>,
     /// The model of the optimum, for an ordinary run.
     pub model: Model,
     /// The multipliers of the balances at the nodes 0 to N − 1, one for each coordinate of the
@@ -367,7 +367,7 @@ pub struct Found {
     /// Of each step the value of each control, N or N·m.
     pub controls: Vec<Vec<f64>>,
     /// Where the search ended.
-    pub kept: Kept,
+    pub kept: SearchEnd,
 }
 
 /// Why there is no optimum at all.

@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use vi_control::program::Multipliers;
-use vi_control::transcription::Held;
+use vi_control::transcription::HeldPoint;
 
 /// A search that has not found its optimum, as `search.json` has it: the model as it was asked for,
 /// and where the search ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Search {
+pub struct KeptSearch {
     /// The file of the model, beside which its meshes are.
     model: PathBuf,
     /// Its text, with what it includes.
@@ -19,10 +19,10 @@ pub struct Search {
     set: Vec<Override>,
     /// Where the search ended.
     #[serde(flatten)]
-    kept: Kept,
+    kept: SearchEnd,
 }
 
-impl Search {
+impl KeptSearch {
     /// Of a model file.
     ///
     /// # Errors
@@ -30,7 +30,7 @@ impl Search {
     pub fn new(
         file: &Path,
         (text, set): (&ModelText, &[Override]),
-        kept: Kept,
+        kept: SearchEnd,
     ) -> Result<Self, ModelError> {
         let model = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
         Ok(Self { model, text: text.text()?.to_owned(), set: set.to_vec(), kept })
@@ -56,26 +56,26 @@ impl Search {
 
     /// The point of controls.
     #[must_use]
-    pub fn point(&self) -> Option<&Point> {
+    pub fn point(&self) -> Option<&ProgramPoint> {
         self.kept.point.as_ref()
     }
 }
 
 /// Where a search ended.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
+pub struct SearchEnd {
     /// The parameters that are free, with their values.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
     /// Of controls: the point of the nonlinear program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub point: Option<Point>,
+    pub point: Option<ProgramPoint>,
 }
 
 /// A point of a nonlinear program with its multipliers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Point {
+pub struct ProgramPoint {
     /// Steps of the motion.
     steps: usize,
     /// The configurations of its nodes, those within steps as well.
@@ -92,19 +92,19 @@ pub struct Point {
     upper: Vec<f64>,
 }
 
-impl Point {
+impl ProgramPoint {
     /// `None` where a number is not finite: nothing goes on from there.
-    pub(super) fn of(held: Held) -> Option<Self> {
-        let Held { steps, nodes, travel, x: variables, multipliers } = held;
+    pub(super) fn of(held: HeldPoint) -> Option<Self> {
+        let HeldPoint { steps, nodes, travel, x: variables, multipliers } = held;
         let Multipliers { rows, lower, upper } = multipliers;
         let flat = [&variables, &rows, &lower, &upper].into_iter().chain(&nodes).chain(&travel);
         let finite = flat.flatten().all(|value| value.is_finite());
         finite.then_some(Self { steps, nodes, travel, variables, rows, lower, upper })
     }
 
-    pub(super) fn held(&self) -> Held {
+    pub(super) fn held(&self) -> HeldPoint {
         let Self { steps, nodes, travel, variables, rows, lower, upper } = self.clone();
         let multipliers = Multipliers { rows, lower, upper };
-        Held { steps, nodes, travel, x: variables, multipliers }
+        HeldPoint { steps, nodes, travel, x: variables, multipliers }
     }
 }

@@ -33,11 +33,12 @@ mod tests;
 mod verdict;
 
 pub use found::{
-    ConditionMet, ControlFound, Found, Judged, OptimizeFailure, OptimumReport, ParameterFound,
-    ProblemSize, Progress, Refinement, Replayed, StartFound, Status, Step, Watch,
+    ConditionMet, ControlFound, FoundOptimum, Judged, OptimizeFailure, OptimumReport,
+    ParameterFound, ProblemSize, Refinement, Replayed, SearchProgress, SearchStatus, SearchStep,
+    SearchWatch, StartFound,
 };
 
-pub use kept::{Kept, Point, Search};
+pub use kept::{KeptSearch, ProgramPoint, SearchEnd};
 pub use vi_control::program::Iterate;
 
 use crate::design::refused;
@@ -49,14 +50,14 @@ use vi_control::program::NlpSolver;
 /// of the same controls ended.
 ///
 /// # Errors
-/// [`OptimizeFailure`]; how a search ended is a [`Status`].
+/// [`OptimizeFailure`]; how a search ended is a [`SearchStatus`].
 pub fn optimize_by_own_method(
     text: &ModelText,
     overrides: &[Override],
     model: &Model,
-    from: Option<&Point>,
-    progress: &Watch,
-) -> Result<Found, OptimizeFailure> {
+    from: Option<&ProgramPoint>,
+    progress: &SearchWatch,
+) -> Result<FoundOptimum, OptimizeFailure> {
     #[cfg(feature = "pounce")]
     {
         let settings = model.optimize.clone().unwrap_or_default();
@@ -71,13 +72,13 @@ pub fn optimize_by_own_method(
 /// where an earlier search of these ended.
 ///
 /// # Errors
-/// [`OptimizeFailure`]; how a search ended is a [`Status`].
+/// [`OptimizeFailure`]; how a search ended is a [`SearchStatus`].
 pub fn optimize(
     (text, overrides, model): (&ModelText, &[Override], &Model),
     method: Option<&mut dyn NlpSolver>,
-    from: Option<&Point>,
-    progress: &Watch,
-) -> Result<Found, OptimizeFailure> {
+    from: Option<&ProgramPoint>,
+    progress: &SearchWatch,
+) -> Result<FoundOptimum, OptimizeFailure> {
     let settings = model.optimize.clone().unwrap_or_default();
     if model.controls.is_empty() && settings.parameters.is_empty() {
         let help =
@@ -85,11 +86,11 @@ pub fn optimize(
         return Err(refused("optimize", "a search in which nothing is free", help).into());
     }
     if model.controls.is_empty() {
-        let watch = &mut |at: &Progress| (progress.borrow_mut())(at);
+        let watch = &mut |at: &SearchProgress| (progress.borrow_mut())(at);
         return design::design(text, overrides, model, &settings, watch);
     }
     if let Some(method) = method {
-        let from = from.map(Point::held);
+        let from = from.map(ProgramPoint::held);
         let method = (method, progress);
         if !settings.parameters.is_empty() {
             return beside::both((text, overrides, model), &settings, method, from.as_ref());

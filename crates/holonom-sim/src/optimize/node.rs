@@ -5,13 +5,13 @@
 
 use crate::design::refused;
 use holonom_model::{FreeTime, Model, ModelError};
-use vi_control::transcription::Motion;
+use vi_control::transcription::SolvedMotion;
 
 /// By how much a time may differ from that of a node, in steps.
 const ON_NODE: f64 = 1e-6;
 
 /// Gives a model the step and the end of a motion that was found.
-pub(super) fn take_times(model: &mut Model, motion: &Motion) {
+pub(super) fn take_times(model: &mut Model, motion: &SolvedMotion) {
     model.settings.step = motion.step;
     model.settings.end = motion.step * motion.controls.len() as f64;
 }

@@ -4,7 +4,7 @@ use super::node::node;
 use crate::design::refused;
 use crate::gradient::objective::momentum_term;
 use crate::gradient::prepared::unit_load;
-use crate::shown::counted::Counted;
+use crate::shown::counted::CountedTerm;
 use crate::shown::{Shown, named};
 use crate::system::System;
 use crate::system::input::Input;
@@ -13,16 +13,16 @@ use holonom_model::{
     SensorKind,
 };
 use vi_constraints::saddle_point::IndependentRows;
-use vi_control::identification::Reading;
+use vi_control::identification::MeasuredReading;
 use vi_control::momentum::NodeMomentum;
-use vi_control::node::{NodeQuantity, RateOf, Reads};
-use vi_control::objective::{Judged, Quantity as _};
+use vi_control::node::{NodeQuantity, NodeReads, RateOf};
+use vi_control::objective::{NumberCost, Quantity as _};
 use vi_control::transcription::problem::{
-    Acts, Condition, Control, Cost, CostKind, Quantity, Rest, When,
+    Acts, Condition, Control, Cost, CostKind, NodeNumber, RestAtEnd, When,
 };
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::{Configuration, SparseMatrix};
-use vi_multibody::form::Row;
+use vi_multibody::form::BilinearRow;
 
 /// Refuses what the program does not have, by its key.
 pub(super) fn supported(model: &Model) -> Result<(), ModelError> {
@@ -48,7 +48,7 @@ pub(super) fn supported(model: &Model) -> Result<(), ModelError> {
 }
 
 /// Reads sections as parts of a problem.
-pub(super) struct Reader<'a> {
+pub(super) struct ProblemReader<'a> {
     pub(super) model: &'a Model,
     pub(super) system: &'a mut System,
     /// The same with the controls.
@@ -62,7 +62,7 @@ pub(super) struct Reader<'a> {
     pub(super) is_free: bool,
 }
 
-impl Reader<'_> {
+impl ProblemReader<'_> {
     fn unknown(&self, joint: usize, freedom: usize) -> Option<SignedUnknown> {
         let mechanism = &self.system.mechanism;
         mechanism.tree().unknown_of(mechanism.description().joints.get(joint)?, freedom)
@@ -102,24 +102,26 @@ impl Reader<'_> {
     fn quantity(
         &mut self,
         key: &str,
-        of: (&Sensor, Option<&str>),
+        (sensor, part): (&Sensor, Option<&str>),
         squared: bool,
-    ) -> Result<Quantity, ModelError> {
-        let own = match Shown::of((self.model, self.rows), self.system, key, of, &[])? {
-            Shown::Configuration(own, Reading::Rate) => Quantity::of_node(RateOf(own)),
+    ) -> Result<NodeNumber, ModelError> {
+        let own = match Shown::of((self.model, self.rows), self.system, key, (sensor, part), &[])? {
+            Shown::Configuration(own, MeasuredReading::Rate) => NodeNumber::of_node(RateOf(own)),
             Shown::Node(own) => {
-                self.known(key, (of.0, &*own))?;
-                Quantity::of_node(own)
+                self.known(key, sensor, &*own)?;
+                NodeNumber::of_node(own)
             }
-            Shown::Configuration(own, Reading::Value) => {
+            Shown::Configuration(own, MeasuredReading::Value) => {
                 let unknown = own.joint().and_then(|(joint, freedom)| self.unknown(joint, freedom));
                 match (unknown, own.between_points()) {
                     (Some(unknown), _) => {
                         let start = own.value(Configuration::new(self.t, self.q));
-                        Quantity::Joint { unknown, start }
+                        NodeNumber::Joint { unknown, start }
                     }
-                    (None, Some(between)) if squared => Quantity::of(Row::distance(between, 0.0)),
-                    _ => Quantity::of(own),
+                    (None, Some(between)) if squared => {
+                        NodeNumber::of(BilinearRow::distance(between, 0.0))
+                    }
+                    _ => NodeNumber::of(own),
                 }
             }
         };
@@ -127,17 +129,13 @@ impl Reader<'_> {
     }
 
     /// Refuses a number that is not one of a node and the step to it.
-    fn known(
-        &self,
-        key: &str,
-        (sensor, own): (&Sensor, &dyn NodeQuantity),
-    ) -> Result<(), ModelError> {
+    fn known(&self, key: &str, sensor: &Sensor, own: &dyn NodeQuantity) -> Result<(), ModelError> {
         let of_time = own.reads_time() && self.is_free;
         let (what, help) = match own.reads() {
-            Reads { accelerations: true, .. } => {
+            NodeReads { accelerations: true, .. } => {
                 ("accelerations, which controls change as well", "take rates, or efforts")
             }
-            Reads { forces: true, .. } => (
+            NodeReads { forces: true, .. } => (
                 "forces of constraints, which are those of the step from a node: the last one has none",
                 "take efforts of controls, springs or laws",
             ),
@@ -156,19 +154,19 @@ impl Reader<'_> {
     pub(super) fn costs(&mut self) -> Result<Vec<Cost>, ModelError> {
         let (model, mut costs) = (self.model, Vec::new());
         for own in &model.objectives {
-            let kind = match Counted::of(model, own)? {
-                Counted::Effort(places) => CostKind::Effort(places),
-                Counted::Work(places) => CostKind::Work(places),
-                Counted::Rate(places) => CostKind::Rate(places),
-                Counted::Time => CostKind::Time,
-                Counted::Momentum => {
+            let kind = match CountedTerm::of(model, own)? {
+                CountedTerm::Effort(places) => CostKind::Effort(places),
+                CountedTerm::Work(places) => CostKind::Work(places),
+                CountedTerm::Rate(places) => CostKind::Rate(places),
+                CountedTerm::Time => CostKind::Time,
+                CountedTerm::Momentum => {
                     let key = format!("objective.{}.type", own.name);
                     let momentum = momentum_term(self.acting, &key, &[])?;
                     let mass = self.mass.clone();
-                    let quantity = Quantity::of_node(NodeMomentum { momentum, mass });
-                    CostKind::Number { quantity, judged: Judged::Itself, when: When::End }
+                    let quantity = NodeNumber::of_node(NodeMomentum { momentum, mass });
+                    CostKind::Number { quantity, judged: NumberCost::Itself, when: When::End }
                 }
-                Counted::Sensor { key, of, judged } => {
+                CountedTerm::Sensor { key, of, judged } => {
                     let quantity = self.quantity(&key, of, false)?;
                     let when = match own.at {
                         CountedAt::End => When::End,
@@ -205,9 +203,9 @@ impl Reader<'_> {
     }
 
     /// A condition of rest.
-    pub(super) fn rest(&self, own: &Stated) -> Result<Rest, ModelError> {
+    pub(super) fn rest(&self, own: &Stated) -> Result<RestAtEnd, ModelError> {
         if own.of.is_empty() {
-            return Ok(Rest::All);
+            return Ok(RestAtEnd::All);
         }
         let mut unknowns = Vec::new();
         for name in &own.of {
@@ -223,6 +221,6 @@ impl Reader<'_> {
                 unknowns.push(unknown.index);
             }
         }
-        Ok(Rest::Unknowns(unknowns))
+        Ok(RestAtEnd::Unknowns(unknowns))
     }
 }

@@ -5,7 +5,7 @@ use super::verdict::{names_of_unknowns, outside};
 use crate::design::refused;
 use crate::gradient::equilibrium;
 use crate::gradient::prepared::last_node;
-use crate::gradient::trial::{Read, SensorRead};
+use crate::gradient::trial::{ReadNumber, SensorRead};
 use crate::shown::reading;
 use crate::system;
 use holonom_model::{
@@ -13,13 +13,13 @@ use holonom_model::{
     ObjectiveKind, Scheme,
 };
 use nalgebra::DMatrix;
-use vi_control::identification::{Reading, Series};
+use vi_control::identification::{MeasuredReading, MeasuredSeries};
 use vi_control::least_squares::Residuals;
 
 /// Which rows of the residuals are of what.
-pub(super) struct Rows {
-    pub(super) series: Vec<Series>,
-    pub(super) reads: Vec<Read>,
+pub(super) struct ResidualRows {
+    pub(super) series: Vec<MeasuredSeries>,
+    pub(super) reads: Vec<ReadNumber>,
     /// Of each objective: its rows.
     pub(super) objectives: Vec<std::ops::Range<usize>>,
     /// Of rows that count as they are, after those of squares: what they are weighted with.
@@ -32,7 +32,7 @@ pub(super) struct Rows {
     pub(super) count: usize,
 }
 
-impl Rows {
+impl ResidualRows {
     pub(super) fn new(model: &Model) -> Result<Self, ModelError> {
         if model.settings.scheme == Scheme::Static {
             equilibrium::supported(model, &[])?;
@@ -118,7 +118,7 @@ impl Rows {
             ObjectiveKind::Momentum => {
                 let key = format!("{key}.type");
                 let unknowns = moving(model, &key)?;
-                self.momenta(model, (&key, unknowns), [0.0, 1.0 / own.weight.sqrt()]);
+                self.momenta(model, &key, unknowns, [0.0, 1.0 / own.weight.sqrt()]);
             }
             _ => {
                 let what = "a design by efforts of controls";
@@ -140,7 +140,7 @@ impl Rows {
             }
             _ => [own.target, 1.0 / weight.sqrt()],
         };
-        self.read(model, (&key, &sensor), nodes, of_row);
+        self.read(model, &key, &sensor, nodes, of_row);
     }
 
     fn conditions(&mut self, model: &Model) -> Result<(), ModelError> {
@@ -151,14 +151,14 @@ impl Rows {
                 let (unknowns, joints) = resting(model, own)?;
                 self.resting.extend(joints);
                 self.bounds.extend(vec![[0.0; 2]; unknowns.len()]);
-                self.momenta(model, (&format!("{key}.type"), unknowns), [0.0, 1.0]);
+                self.momenta(model, &format!("{key}.type"), unknowns, [0.0, 1.0]);
                 self.conditions.push(first..self.count);
                 continue;
             }
             let nodes = nodes_of(own, model)?;
             let sensor = own.sensor.clone().unwrap_or_default();
             self.bounds.extend(vec![own.bounds(); nodes.len()]);
-            self.read(model, (&format!("{key}.sensor"), &sensor), nodes, [0.0, 1.0]);
+            self.read(model, &format!("{key}.sensor"), &sensor, nodes, [0.0, 1.0]);
             self.conditions.push(first..self.count);
         }
         Ok(())
@@ -167,14 +167,15 @@ impl Rows {
     fn read(
         &mut self,
         model: &Model,
-        (key, sensor): (&str, &str),
+        key: &str,
+        sensor: &str,
         nodes: Vec<usize>,
         [value, sigma]: [f64; 2],
     ) {
         self.count += nodes.len();
         let values = vec![value; nodes.len()];
         let steps = nodes.into_iter().map(|node| node as f64).collect();
-        self.series.push(Series {
+        self.series.push(MeasuredSeries {
             sensor: self.reads.len(),
             reading: reading(model, sensor),
             sigma,
@@ -182,22 +183,23 @@ impl Rows {
             values,
         });
         let own = SensorRead { key: key.to_owned(), sensor: sensor.to_owned() };
-        self.reads.push(Read::Sensor(own));
+        self.reads.push(ReadNumber::Sensor(own));
     }
 
     /// Momenta along unknowns of the tree at the end.
     fn momenta(
         &mut self,
         model: &Model,
-        (key, unknowns): (&str, Vec<usize>),
+        key: &str,
+        unknowns: Vec<usize>,
         [value, sigma]: [f64; 2],
     ) {
         for unknown in unknowns {
             self.count += 1;
-            let (sensor, reading) = (self.reads.len(), Reading::Value);
+            let (sensor, reading) = (self.reads.len(), MeasuredReading::Value);
             let steps = vec![last_step(model) as f64];
-            self.series.push(Series { sensor, reading, sigma, steps, values: vec![value] });
-            self.reads.push(Read::Momentum { key: key.to_owned(), unknown });
+            self.series.push(MeasuredSeries { sensor, reading, sigma, steps, values: vec![value] });
+            self.reads.push(ReadNumber::Momentum { key: key.to_owned(), unknown });
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Optima of controls by all sensors that have derivatives: what `gradient` finds at them.
 #![cfg(feature = "pounce")]
 
-use super::{Found, OptimizeFailure, Progress, Status, Watch, optimize};
+use super::{FoundOptimum, OptimizeFailure, SearchProgress, SearchStatus, SearchWatch, optimize};
 use crate::gradient::{Wanted, gradient};
 use holonom_model::ModelText;
 use std::cell::RefCell;
@@ -58,9 +58,9 @@ fn model(sensor: &str, number: &str, target: f64, at: &str, more: &str) -> Strin
     )
 }
 
-fn found(text: &ModelText) -> Result<Found, OptimizeFailure> {
+fn found(text: &ModelText) -> Result<FoundOptimum, OptimizeFailure> {
     let model = text.model(&[])?;
-    let watch: Watch = Rc::new(RefCell::new(|_: &Progress| true));
+    let watch: SearchWatch = Rc::new(RefCell::new(|_: &SearchProgress| true));
     optimize((text, &[], &model), Some(&mut Pounce::default()), None, &watch)
 }
 
@@ -69,7 +69,7 @@ fn found(text: &ModelText) -> Result<Found, OptimizeFailure> {
 fn left_of_gradient(what: &str, text: &str) -> [f64; 2] {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let found = found(&text).unwrap_or_else(|error| panic!("{what}: {error}"));
-    assert_eq!(found.report.status, Status::Optimal, "{what}: {:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{what}: {:?}", found.report);
     let own = text.model(&[]).unwrap();
     let values = |k: usize| {
         let steps = found.controls.iter().step_by(own.controls[k].hold);
@@ -170,7 +170,7 @@ fn conditions_hold_in_the_run() {
     let text = model("type = \"effort\", of = \"shoulder\"", "place.x", 0.5, "end", more);
     let text = ModelText::from_text(Path::new("model.toml"), &text);
     let found = found(&text).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
     let columns: Vec<String> = run.sensors().columns().iter().map(|own| own.name()).collect();
     let place = |name: &str| columns.iter().position(|own| own == name).unwrap();

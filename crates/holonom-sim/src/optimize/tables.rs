@@ -1,6 +1,6 @@
 //! The tables of an optimum.
 
-use super::found::{Found, Step};
+use super::found::{FoundOptimum, SearchStep};
 use std::fmt::Write;
 use vi_control::program::Iterate;
 
@@ -15,7 +15,7 @@ fn row(out: &mut String, words: &[String], numbers: impl IntoIterator<Item = f64
     let _ = writeln!(out, "{}", cells.join(","));
 }
 
-impl Found {
+impl FoundOptimum {
     /// `iterations.csv`: one row for each iteration; of a design with its parameters.
     #[must_use]
     pub fn iterations(&self) -> String {
@@ -28,7 +28,7 @@ impl Found {
         let head = ["start", "steps", "iteration"].iter().chain(own).map(|name| (*name).to_owned());
         let mut out = head.chain(names).collect::<Vec<_>>().join(",") + "\n";
         for at in &self.steps {
-            let Step { start, steps, iterate, .. } = at;
+            let SearchStep { start, steps, iterate, .. } = at;
             let Iterate { iteration, cost, infeasibility, stationarity, barrier, step, shift } =
                 *iterate;
             let words = [*start, *steps, iteration].map(|count| count.to_string());

@@ -2,7 +2,7 @@
 
 #![allow(clippy::float_cmp)] // what is exact
 
-use super::{Found, OptimizeFailure, Status, optimize};
+use super::{FoundOptimum, OptimizeFailure, SearchStatus, optimize};
 use holonom_model::{ModelText, Override};
 use std::cell::RefCell;
 use std::path::Path;
@@ -36,10 +36,10 @@ type = "position"
 of = "bob"
 "#;
 
-fn found(text: &str, overrides: &[Override]) -> Result<Found, OptimizeFailure> {
+fn found(text: &str, overrides: &[Override]) -> Result<FoundOptimum, OptimizeFailure> {
     let text = ModelText::from_text(Path::new("model.toml"), text);
     let model = text.model(overrides)?;
-    let watch: super::Watch = Rc::new(RefCell::new(|_: &super::Progress| true));
+    let watch: super::SearchWatch = Rc::new(RefCell::new(|_: &super::SearchProgress| true));
     optimize((&text, overrides, &model), None, None, &watch)
 }
 
@@ -52,7 +52,7 @@ fn a_pendulum_gets_the_length_of_its_period() {
          [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
     );
     let found = found(&text, &[]).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let longer = 1.0 + 0.01 / 16.0 + 11.0 * 1e-4 / 3072.0;
     let length = 9.81 * (1.0 / std::f64::consts::PI / longer).powi(2);
     let value = found.report.parameters[0].value;
@@ -75,7 +75,7 @@ fn a_price_is_what_the_condition_costs() {
         found(&text, &[]).unwrap().report
     };
     let own = with(-0.08);
-    assert_eq!(own.status, Status::Optimal, "{own:?}");
+    assert_eq!(own.status, SearchStatus::Optimal, "{own:?}");
     assert!((own.conditions[0].value + 0.08).abs() < 1e-9 && own.conditions[0].price > 0.0);
     let slope = (with(-0.0799).cost - with(-0.0801).cost) / 2e-4;
     let price = own.conditions[0].price;
@@ -120,7 +120,7 @@ fn what_a_design_misses_is_named() {
          [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
     );
     let report = found(&text, &[]).unwrap().report;
-    assert_eq!(report.status, Status::Infeasible);
+    assert_eq!(report.status, SearchStatus::Infeasible);
     let [far] = &report.missed[..] else { panic!("{:?}", report.missed) };
     assert_eq!(*far, format!("`far`: {:.1e}", report.conditions[0].violation));
 }
@@ -146,7 +146,7 @@ fn a_start_counts_along_the_path() {
     }
     // the start, cos(0.1) times the length, is what is highest
     let found = with("sensor = \"place.z\"\nmax = -0.9").unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let length = found.report.parameters[0].value;
     assert!(length * 0.1_f64.cos() > 0.9 - 1e-9, "{length}");
 }
@@ -192,7 +192,7 @@ fn compare_with_run(more: &str, sensor: &str, (bound, wanted): (&str, f64)) {
          [optimize]\nparameters = {{ length = {{ min = 0.3, max = 1.5 }} }}\n"
     );
     let found = found(&text, &[]).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let columns = crate::sensor::columns(&found.model);
     let place = columns.iter().position(|own| own.name() == sensor).unwrap();
     let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
@@ -278,7 +278,7 @@ fn momenta_at_the_end_become_least() {
         let text = format!("{crane}{counted}{free}");
         let found = found(&text, &[]).unwrap();
         let report = &found.report;
-        assert_eq!(report.status, Status::Optimal, "{report:?}");
+        assert_eq!(report.status, SearchStatus::Optimal, "{report:?}");
         let set = |own: &super::ParameterFound| {
             Override::new(crate::design::key_of(&own.name), format!("{:?}", own.value))
         };
@@ -310,7 +310,7 @@ fn a_crane_comes_to_rest() {
     let rest = |of: &str| {
         let stop = format!("condition = [{{ name = \"stop\", type = \"rest\"{of} }}]\n");
         let found = found(&format!("{CRANE}{stop}{free}"), &[]).unwrap();
-        assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+        assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
         let stop = &found.report.conditions[0];
         assert!(
             stop.violation < 1e-9 && stop.min == Some(0.0) && stop.max == Some(0.0),
@@ -350,7 +350,7 @@ fn what_rolls_has_designs() {
          optimize = {{ parameters = {{ fast = {{ min = 0.5, max = 4.0 }} }} }}\n"
     );
     let found = found(&text, &[]).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let mut run = crate::simulation::Simulation::new(&found.model).unwrap();
     let last = run.samples().last().unwrap().unwrap().sensors[0];
     println!("{last} with {:?}, {} iterations", found.report.parameters, found.report.iterations);
@@ -408,7 +408,7 @@ parameters = { stiffness = { min = 1.0, max = 200.0 }, mass = { min = 0.5, max =
 #[test]
 fn an_equilibrium_gets_its_stiffness_and_its_mass() {
     let found = found(HANGING, &[]).unwrap();
-    assert_eq!(found.report.status, Status::Optimal, "{:?}", found.report);
+    assert_eq!(found.report.status, SearchStatus::Optimal, "{:?}", found.report);
     let value = |name: &str| {
         found.report.parameters.iter().find(|own| own.name == name).map(|own| own.value).unwrap()
     };
@@ -471,7 +471,7 @@ optimize = { parameters = { angle = { min = 0.0, max = 1.5 } } }
 "#;
     let angle = |text: &str| {
         let own = found(text, &[]).unwrap();
-        assert_eq!(own.report.status, Status::Optimal, "{:?}", own.report);
+        assert_eq!(own.report.status, SearchStatus::Optimal, "{:?}", own.report);
         (own.report.parameters[0].value, own.report)
     };
     let (value, report) = angle(text);

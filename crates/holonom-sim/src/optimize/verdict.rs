@@ -1,11 +1,11 @@
 //! What a search has found, as a report with the model of its motion.
 
 use super::found::{
-    ConditionMet, ControlFound, Found, Judged, OptimumReport, ProblemSize, Replayed, StartFound,
-    Status, plain,
+    ConditionMet, ControlFound, FoundOptimum, Judged, OptimumReport, ProblemSize, Replayed,
+    SearchStatus, StartFound, plain,
 };
 use super::halved;
-use super::kept::{Kept, Point};
+use super::kept::{ProgramPoint, SearchEnd};
 use super::node::take_times;
 use super::searched::Searched;
 use crate::design::refused;
@@ -15,10 +15,10 @@ use holonom_model::{
     Interpolation, Joint, JointMotor, Law, Load, Model, ModelError, MotionPath, Outside,
     SensorKind, Table,
 };
-use vi_control::optimum::{Optimum, Verdict};
+use vi_control::optimum::{Optimum, OptimumVerdict};
 use vi_control::program::Outcome;
 use vi_control::replay::Replay;
-use vi_control::transcription::{Met, Motion};
+use vi_control::transcription::{Met, SolvedMotion};
 use vi_multibody::Mechanism;
 
 /// Violations up to this are rounding.
@@ -26,7 +26,7 @@ const MISSED: f64 = 1e-9;
 
 /// The model of a motion with its controls as motors, laws of the time and loads, for an ordinary
 /// run.
-fn moved(model: &Model, motion: &Motion) -> Model {
+fn moved(model: &Model, motion: &SolvedMotion) -> Model {
     let mut own = model.clone();
     take_times(&mut own, motion);
     for (k, control) in model.controls.iter().enumerate() {
@@ -48,7 +48,7 @@ fn moved(model: &Model, motion: &Motion) -> Model {
                     path: MotionPath::default(),
                 });
             }
-            _ => effort_of_time(&mut own, control, (k, motion)),
+            _ => effort_of_time(&mut own, control, k, motion),
         }
     }
     plain(&mut own);
@@ -56,7 +56,7 @@ fn moved(model: &Model, motion: &Motion) -> Model {
 }
 
 /// Adds an effort beside the motor of its joint: a law of the time by a table of steps.
-fn effort_of_time(model: &mut Model, control: &Control, (k, motion): (usize, &Motion)) {
+fn effort_of_time(model: &mut Model, control: &Control, k: usize, motion: &SolvedMotion) {
     let (name, table) = (control.name.clone(), model.free_name(&format!("values_{k}")));
     // zero after the last, as a history is
     let all = motion.controls.iter().map(|row| row[k]).chain([0.0]);
@@ -96,16 +96,16 @@ pub(super) fn outside(own: &Stated, value: f64) -> ModelError {
     refused(&key, what, "widen the bounds, or begin within them")
 }
 
-pub(super) fn status(found: &Optimum) -> Status {
+pub(super) fn status(found: &Optimum) -> SearchStatus {
     match found.verdict {
-        Verdict::Optimal if !found.bounded_turns.is_empty() => Status::TurnsBounded,
-        Verdict::Optimal => Status::Optimal,
-        Verdict::Infeasible(_) => Status::Infeasible,
-        Verdict::Stopped => Status::Stopped,
-        Verdict::Unfinished(_) => Status::Unfinished,
-        Verdict::NotOptimal => Status::NotOptimal,
-        Verdict::OtherMotion => Status::OtherMotion,
-        Verdict::TurnsTooFar { .. } => Status::TurnsTooFar,
+        OptimumVerdict::Optimal if !found.bounded_turns.is_empty() => SearchStatus::TurnsBounded,
+        OptimumVerdict::Optimal => SearchStatus::Optimal,
+        OptimumVerdict::Infeasible(_) => SearchStatus::Infeasible,
+        OptimumVerdict::Stopped => SearchStatus::Stopped,
+        OptimumVerdict::Unfinished(_) => SearchStatus::Unfinished,
+        OptimumVerdict::NotOptimal => SearchStatus::NotOptimal,
+        OptimumVerdict::OtherMotion => SearchStatus::OtherMotion,
+        OptimumVerdict::TurnsTooFar { .. } => SearchStatus::TurnsTooFar,
     }
 }
 
@@ -120,7 +120,7 @@ pub(super) fn names_of_unknowns(mechanism: &Mechanism) -> Vec<String> {
     (0..tree.dof()).map(name).collect()
 }
 
-pub(super) fn report(model: &Model, searched: Searched) -> Found {
+pub(super) fn report(model: &Model, searched: Searched) -> FoundOptimum {
     let Searched { found, rows, starts, refinements, unknowns } = searched;
     let motion = &found.motion;
     let steps = motion.controls.len();
@@ -162,17 +162,17 @@ pub(super) fn report(model: &Model, searched: Searched) -> Found {
         }
     }
     let mut missed = match &found.verdict {
-        Verdict::Infeasible(rows) => rows.clone(),
-        Verdict::Unfinished(outcome) => {
+        OptimumVerdict::Infeasible(rows) => rows.clone(),
+        OptimumVerdict::Unfinished(outcome) => {
             std::iter::once(unfinished(outcome)).chain(steep(&conditions, found.cost())).collect()
         }
-        Verdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
-        Verdict::TurnsTooFar { step, turn } => {
+        OptimumVerdict::NotOptimal => steep(&conditions, found.cost()).into_iter().collect(),
+        OptimumVerdict::TurnsTooFar { step, turn } => {
             let part = if motion.within[*step].is_empty() { "" } else { "a part of " };
             vec![format!("{turn:.2} rad in {part}step {step}: take more steps")]
         }
-        Verdict::OtherMotion => vec![other_motion(found.replay.as_ref())],
-        Verdict::Optimal if !found.bounded_turns.is_empty() => {
+        OptimumVerdict::OtherMotion => vec![other_motion(found.replay.as_ref())],
+        OptimumVerdict::Optimal if !found.bounded_turns.is_empty() => {
             let count = found.bounded_turns.len();
             vec![format!(
                 "a joint turns by 1 rad, as much as it may, in {count} of {steps} steps: take more steps"
@@ -226,8 +226,16 @@ pub(super) fn report(model: &Model, searched: Searched) -> Found {
         ..OptimumReport::default()
     };
     let controls = motion.controls.clone();
-    let kept = Kept { point: Point::of(found.held), ..Kept::default() };
-    Found { report, steps: rows, model: moved, costates: found.costates, prices, controls, kept }
+    let kept = SearchEnd { point: ProgramPoint::of(found.held), ..SearchEnd::default() };
+    FoundOptimum {
+        report,
+        steps: rows,
+        model: moved,
+        costates: found.costates,
+        prices,
+        controls,
+        kept,
+    }
 }
 
 /// The conditions that are missed, by name, those that miss most first.

@@ -7,7 +7,7 @@
 //! | `energy.csv` | [`KINETIC`], [`GRAVITY`], [`ELASTIC`], [`SPRINGS`], [`CONTACTS`], [`energy`] of each bushing, [`TOTAL`], [`work`] of each source, [`BALANCE`] |
 //! | `events.csv` | [`EVENT_COLUMNS`], without [`HEAD`] |
 //! | `contacts.csv` | [`CONTACT_COLUMNS`] |
-//! | `sensors.csv` | those of [`crate::sensor::Column`] |
+//! | `sensors.csv` | those of [`crate::sensor::SensorColumn`] |
 //! | `beams.csv` | [`PLACE`], [`SECTION`] |
 //! | `momenta.csv` | the groups [`MULTIPLIERS`], [`MOMENTUM`], [`PROJECTED`], [`REDUCED`]; `ENERGY.kinetic` and `ENERGY.potential` of [`NODE_ENERGIES`] |
 //!
@@ -30,7 +30,7 @@ pub enum FieldKind {
 
 /// A column, or what the columns of several owners have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct OutputColumn {
     /// Its name in the header; of owned columns what stands after the name of the owner.
     pub name: &'static str,
     /// What it is.
@@ -41,21 +41,21 @@ pub struct Column {
     pub kind: FieldKind,
 }
 
-const fn number(name: &'static str, quantity: &'static str, unit: &'static str) -> Column {
-    Column { name, quantity, unit, kind: FieldKind::Number }
+const fn number(name: &'static str, quantity: &'static str, unit: &'static str) -> OutputColumn {
+    OutputColumn { name, quantity, unit, kind: FieldKind::Number }
 }
 
-const fn residual(name: &'static str) -> Column {
-    Column { name, quantity: "largest residual", unit: "SI", kind: FieldKind::Residual }
+const fn residual(name: &'static str) -> OutputColumn {
+    OutputColumn { name, quantity: "largest residual", unit: "SI", kind: FieldKind::Residual }
 }
 
-const fn index(name: &'static str, quantity: &'static str) -> Column {
-    Column { name, quantity, unit: "", kind: FieldKind::Index }
+const fn index(name: &'static str, quantity: &'static str) -> OutputColumn {
+    OutputColumn { name, quantity, unit: "", kind: FieldKind::Index }
 }
 
 /// Names of columns.
 #[must_use]
-pub const fn names<const N: usize>(columns: &[Column; N]) -> [&'static str; N] {
+pub const fn names<const N: usize>(columns: &[OutputColumn; N]) -> [&'static str; N] {
     let mut names = [""; N];
     let mut k = 0;
     while k < N {
@@ -66,14 +66,14 @@ pub const fn names<const N: usize>(columns: &[Column; N]) -> [&'static str; N] {
 }
 
 /// Step index of a node.
-pub const STEP: Column = index("step", "step");
+pub const STEP: OutputColumn = index("step", "step");
 /// Time of a node; in statics the load factor.
-pub const TIME: Column = number("t", "time", "s");
+pub const TIME: OutputColumn = number("t", "time", "s");
 /// The first columns of all files.
-pub const HEAD: [Column; 2] = [STEP, TIME];
+pub const HEAD: [OutputColumn; 2] = [STEP, TIME];
 
 /// Coordinates of a body or node; a point mass has the first three, in the plane two.
-pub const COORDINATES: [Column; 12] = [
+pub const COORDINATES: [OutputColumn; 12] = [
     number("x", "position", "m"),
     number("y", "position", "m"),
     number("z", "position", "m"),
@@ -94,78 +94,79 @@ pub const POSITION_NAMES: [&str; 3] =
     [COORDINATE_NAMES[0], COORDINATE_NAMES[1], COORDINATE_NAMES[2]];
 
 /// `E_d` of the step that starts at a node.
-pub const DISCRETE_ENERGY: Column = number("E", "energy", "J");
+pub const DISCRETE_ENERGY: OutputColumn = number("E", "energy", "J");
 /// `H_d` of a node.
-pub const HAMILTONIAN: Column = number("H", "energy", "J");
+pub const HAMILTONIAN: OutputColumn = number("H", "energy", "J");
 /// Angular momentum.
-pub const ANGULAR_MOMENTUM: [Column; 3] = [
+pub const ANGULAR_MOMENTUM: [OutputColumn; 3] = [
     number("Lx", "angular momentum", "kg·m²/s"),
     number("Ly", "angular momentum", "kg·m²/s"),
     number("Lz", "angular momentum", "kg·m²/s"),
 ];
 /// Linear momentum.
-pub const LINEAR_MOMENTUM: [Column; 3] = [
+pub const LINEAR_MOMENTUM: [OutputColumn; 3] = [
     number("Px", "linear momentum", "kg·m/s"),
     number("Py", "linear momentum", "kg·m/s"),
     number("Pz", "linear momentum", "kg·m/s"),
 ];
 /// The columns of `trajectory.csv` after those of the members.
-pub const TAIL: [Column; 8] = {
+pub const TAIL: [OutputColumn; 8] = {
     let ([l1, l2, l3], [p1, p2, p3]) = (ANGULAR_MOMENTUM, LINEAR_MOMENTUM);
     [DISCRETE_ENERGY, HAMILTONIAN, l1, l2, l3, p1, p2, p3]
 };
 
 /// Constraint residuals.
-pub const LEVELS: [Column; 3] = [residual("position"), residual("velocity"), residual("momentum")];
+pub const LEVELS: [OutputColumn; 3] =
+    [residual("position"), residual("velocity"), residual("momentum")];
 /// Newton iterations of the step that led to a node.
-pub const ITERATIONS: Column = number("newton_iterations", "Newton iterations", "");
+pub const ITERATIONS: OutputColumn = number("newton_iterations", "Newton iterations", "");
 /// The columns of `residuals.csv`.
-pub const RESIDUALS: [Column; 4] = [LEVELS[0], LEVELS[1], LEVELS[2], ITERATIONS];
+pub const RESIDUALS: [OutputColumn; 4] = [LEVELS[0], LEVELS[1], LEVELS[2], ITERATIONS];
 /// Its last column in statics: directions in which the equilibrium is unstable.
-pub const UNSTABLE: Column = number("unstable", "unstable directions", "");
+pub const UNSTABLE: OutputColumn = number("unstable", "unstable directions", "");
 
 /// `T` of the projected momentum.
-pub const KINETIC: Column = number("kinetic", "energy", "J");
+pub const KINETIC: OutputColumn = number("kinetic", "energy", "J");
 /// `V` of the weight.
-pub const GRAVITY: Column = number("gravity", "energy", "J");
+pub const GRAVITY: OutputColumn = number("gravity", "energy", "J");
 /// `V` of beams.
-pub const ELASTIC: Column = number("elastic", "energy", "J");
+pub const ELASTIC: OutputColumn = number("elastic", "energy", "J");
 /// `V` of springs.
-pub const SPRINGS: Column = number("springs", "energy", "J");
+pub const SPRINGS: OutputColumn = number("springs", "energy", "J");
 /// `V` of compliant contacts.
-pub const CONTACTS: Column = number("contacts", "energy", "J");
+pub const CONTACTS: OutputColumn = number("contacts", "energy", "J");
 /// The parts of the energy, those that a model has.
-pub const PARTS: [Column; 5] = [KINETIC, GRAVITY, ELASTIC, SPRINGS, CONTACTS];
+pub const PARTS: [OutputColumn; 5] = [KINETIC, GRAVITY, ELASTIC, SPRINGS, CONTACTS];
 /// `V` of a bushing, `energy.NAME`.
-pub const ENERGY: Column = number("energy", "energy", "J");
+pub const ENERGY: OutputColumn = number("energy", "energy", "J");
 /// Their sum.
-pub const TOTAL: Column = number("total", "energy", "J");
+pub const TOTAL: OutputColumn = number("total", "energy", "J");
 /// Work since the start, `work.NAME` of force elements.
-pub const WORK: Column = number("work", "work", "J");
+pub const WORK: OutputColumn = number("work", "work", "J");
 /// What the energy has changed by, and no work accounts for.
-pub const BALANCE: Column = number("balance", "energy", "J");
+pub const BALANCE: OutputColumn = number("balance", "energy", "J");
 /// What does the work of prescribed motions.
 pub const MOTIONS: Source = Source::System("motions");
 /// What changes the energy at events.
 pub const EVENTS: Source = Source::System("events");
 
 /// The columns of `events.csv`.
-pub const EVENT_COLUMNS: [Column; 7] = [
+pub const EVENT_COLUMNS: [OutputColumn; 7] = [
     number("t", "time", "s"),
-    Column { kind: FieldKind::Text, ..number("event", "event", "") },
-    Column { kind: FieldKind::Text, ..number("action", "action", "") },
+    OutputColumn { kind: FieldKind::Text, ..number("event", "event", "") },
+    OutputColumn { kind: FieldKind::Text, ..number("action", "action", "") },
     number("energy_lost", "energy", "J"),
     number("impulse", "impulse", "N·s or N·m·s"),
     number("before", "velocity", "m/s or rad/s"),
     number("after", "velocity", "m/s or rad/s"),
 ];
 
-const fn text(name: &'static str) -> Column {
-    Column { kind: FieldKind::Text, ..number(name, name, "") }
+const fn text(name: &'static str) -> OutputColumn {
+    OutputColumn { kind: FieldKind::Text, ..number(name, name, "") }
 }
 
 /// The columns of `contacts.csv` after [`HEAD`].
-pub const CONTACT_COLUMNS: [Column; 17] = [
+pub const CONTACT_COLUMNS: [OutputColumn; 17] = [
     text("contact"),
     text("a"),
     text("b"),
@@ -186,15 +187,15 @@ pub const CONTACT_COLUMNS: [Column; 17] = [
 ];
 
 /// The name of a beam.
-pub const BEAM: Column = Column { kind: FieldKind::Text, ..number("beam", "beam", "") };
+pub const BEAM: OutputColumn = OutputColumn { kind: FieldKind::Text, ..number("beam", "beam", "") };
 /// The number of an element in its beam.
-pub const ELEMENT: Column = index("element", "element");
+pub const ELEMENT: OutputColumn = index("element", "element");
 /// Arc length along the stress-free beam.
-pub const ARC_LENGTH: Column = number("s", "arc length", "m");
+pub const ARC_LENGTH: OutputColumn = number("s", "arc length", "m");
 /// What describes the place of a row of `beams.csv`, after [`HEAD`].
-pub const PLACE: [Column; 3] = [BEAM, ELEMENT, ARC_LENGTH];
+pub const PLACE: [OutputColumn; 3] = [BEAM, ELEMENT, ARC_LENGTH];
 /// Strains and section forces.
-pub const SECTION: [Column; 12] = [
+pub const SECTION: [OutputColumn; 12] = [
     number("Gamma1", "strain", ""),
     number("Gamma2", "strain", ""),
     number("Gamma3", "strain", ""),
@@ -226,17 +227,17 @@ pub const MOMENTS: [&str; 3] = {
 };
 
 /// `λ_n`, `lambda.OWNER.k`.
-pub const MULTIPLIERS: Column = number("lambda", "multiplier", "N");
+pub const MULTIPLIERS: OutputColumn = number("lambda", "multiplier", "N");
 /// `p_n`, `p.MEMBER.x` and so on.
-pub const MOMENTUM: Column = number("p", "momentum", "kg·m/s");
+pub const MOMENTUM: OutputColumn = number("p", "momentum", "kg·m/s");
 /// `ᵠp_n`, likewise.
-pub const PROJECTED: Column = number("p_projected", "momentum", "kg·m/s");
+pub const PROJECTED: OutputColumn = number("p_projected", "momentum", "kg·m/s");
 /// `ᴾp_n`, `p_reduced.JOINT.k`.
-pub const REDUCED: Column = number("p_reduced", "reduced momentum", "");
+pub const REDUCED: OutputColumn = number("p_reduced", "reduced momentum", "");
 /// `E_d`, `H_d(p_n)`, `H_d(ᵠp_n)`, each in [`NODE_PARTS`].
 pub const NODE_ENERGIES: [&str; 3] = ["E_d", "H_d", "H_d_projected"];
 /// The parts of [`NODE_ENERGIES`].
-pub const NODE_PARTS: [Column; 2] = [KINETIC, number("potential", "energy", "J")];
+pub const NODE_PARTS: [OutputColumn; 2] = [KINETIC, number("potential", "energy", "J")];
 
 /// The column of the work of a source.
 #[must_use]
@@ -317,11 +318,12 @@ impl RowTable {
 
     /// The column of a name.
     #[must_use]
-    pub fn column(self, name: &str) -> Column {
+    pub fn column(self, name: &str) -> OutputColumn {
         let (owner, part) = name.rsplit_once('.').unwrap_or(("", name));
-        let of = |columns: &[Column]| columns.iter().find(|column| column.name == part).copied();
-        let own = |columns: &[Column]| of(columns).filter(|_| owner.is_empty());
-        let group = |column: Column| {
+        let of =
+            |columns: &[OutputColumn]| columns.iter().find(|column| column.name == part).copied();
+        let own = |columns: &[OutputColumn]| of(columns).filter(|_| owner.is_empty());
+        let group = |column: OutputColumn| {
             let member = name.strip_prefix(column.name).and_then(|rest| rest.strip_prefix('.'));
             member.map(|_| column)
         };
@@ -348,7 +350,7 @@ impl RowTable {
     }
 }
 
-const OF_DIRECTORS: Column = number("", "momentum of directors", "kg·m²/s");
+const OF_DIRECTORS: OutputColumn = number("", "momentum of directors", "kg·m²/s");
 
 /// The member whose first coordinate a column of `trajectory.csv` is.
 #[must_use]
@@ -363,7 +365,7 @@ mod tests {
     #[test]
     fn every_column_is_described_by_its_name() {
         let described = |table: RowTable, name: &str| {
-            let Column { quantity, unit, kind, .. } = table.column(name);
+            let OutputColumn { quantity, unit, kind, .. } = table.column(name);
             format!("{}/{name}: {quantity} [{unit}] {kind:?}", table.name())
         };
         let mut words = Vec::new();

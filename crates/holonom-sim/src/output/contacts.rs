@@ -15,9 +15,9 @@ use serde::Deserialize;
 use super::columns::CONTACT_COLUMNS;
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField, quoted};
-use crate::run::contacts::{ContactSample, ContactState};
+use crate::run::contacts::{ContactPhase, ContactSample};
 use crate::sample::Sample;
-use crate::system::contact_origin::{ContactOrigin, Sides, TouchingShapes};
+use crate::system::contact_origin::{ContactOrigin, FeatureSides, TouchingShapes};
 
 /// A row of `contacts.csv`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -41,7 +41,7 @@ pub struct ContactRow {
     pub ty: f64,
     pub tz: f64,
     pub slip: f64,
-    pub state: ContactState,
+    pub state: ContactPhase,
 }
 
 impl ContactRow {
@@ -97,7 +97,7 @@ impl<W: Write> ContactWriter<W> {
         for contact in &sample.contacts {
             let Some(shapes) = &self.shapes[contact.element as usize] else { continue };
             let ContactSample { feature, point, axes, gap, force, slip, state, .. } = contact;
-            let Sides { a, b, number, .. } = shapes.sides(*feature);
+            let FeatureSides { a, b, number, .. } = shapes.sides(*feature);
             let [name, a, b] = [&shapes.contact, a, b].map(quoted);
             let [name, a, b] = [name?, a?, b?];
             let [name, a, b] = [&name, &a, &b].map(|own| RowField::Text(own));

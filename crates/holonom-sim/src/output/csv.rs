@@ -236,7 +236,7 @@ impl Trajectory {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sample::{MemberKind, Residuals};
+    use crate::sample::{MemberKind, ResidualsAtLevels};
     use vi_core::momentum_map::Momentum;
 
     fn sample(step: u64) -> Sample {
@@ -249,7 +249,7 @@ mod tests {
             shadow: None,
             work: 0.0,
             momentum: Momentum { linear: [1.0, 2.0, 3.0], angular: [4.0, 5.0, 6.0] },
-            residuals: Residuals { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },
+            residuals: ResidualsAtLevels { position: 1e-16, velocity: 0.0, momentum: 2.5e-7 },
             newton_iterations: 3.0,
             sensors: vec![],
             energies: vec![],

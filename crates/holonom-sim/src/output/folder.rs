@@ -26,7 +26,7 @@ use super::time_series::TimeSeries;
 use super::written::Written;
 use crate::event::EventRecord;
 use crate::sample::{Member, MomentaNames};
-use crate::sensor::Column;
+use crate::sensor::SensorColumn;
 use crate::system::beams::Beams;
 use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{Columns, read_regular_text};
@@ -266,7 +266,7 @@ impl RunFolder {
     /// [`OutputError::Io`].
     pub fn sensors(
         &self,
-        columns: &[Column],
+        columns: &[SensorColumn],
     ) -> Result<Option<SensorWriter<RowFile>>, OutputError> {
         if columns.is_empty() {
             return Ok(None);

@@ -63,8 +63,8 @@ pub use row_file::RowFile;
 pub use sensors::SensorWriter;
 pub use size::OutputSize;
 pub use summary::{
-    ConstraintSummary, Ended, EnergySummary, Interruption, Maximum, MomentumSummary, NewtonSummary,
-    Status, Summary, SummaryBuilder, larger,
+    ConstraintSummary, Ended, EnergySummary, Maximum, MomentumSummary, NewtonSummary,
+    RunInterruption, Status, Summary, SummaryBuilder, larger,
 };
 pub use time_series::TimeSeries;
 pub use vi_core::contact_state::ContactCounts;

@@ -10,7 +10,7 @@
 use std::io::{self, Write};
 
 use super::columns::{
-    Column, MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, PROJECTED, REDUCED,
+    MOMENTUM, MULTIPLIERS, NODE_ENERGIES, NODE_PARTS, OutputColumn, PROJECTED, REDUCED,
 };
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField};
@@ -20,7 +20,7 @@ use vi_core::Energies;
 /// Names of the columns after `step` and `t`.
 #[must_use]
 pub fn momenta_columns(names: &MomentaNames) -> Vec<String> {
-    let of = |(group, names): (Column, &Vec<String>)| {
+    let of = |(group, names): (OutputColumn, &Vec<String>)| {
         names.iter().map(|name| format!("{}.{name}", group.name)).collect::<Vec<_>>()
     };
     let parts = |energy: &str| NODE_PARTS.map(|part| format!("{energy}.{}", part.name));
@@ -33,7 +33,7 @@ pub fn momenta_values(found: &Momenta, names: &MomentaNames) -> impl Iterator<It
     values(found, sizes(names))
 }
 
-fn groups(names: &MomentaNames) -> [(Column, &Vec<String>); 4] {
+fn groups(names: &MomentaNames) -> [(OutputColumn, &Vec<String>); 4] {
     let MomentaNames { constraints, coordinates, rates } = names;
     let momenta = [(MOMENTUM, coordinates), (PROJECTED, coordinates)];
     [(MULTIPLIERS, constraints), momenta[0], momenta[1], (REDUCED, rates)]

@@ -15,7 +15,7 @@ use super::row_file::RowFile;
 use super::sensors::SensorWriter;
 use super::summary::SummaryBuilder;
 use super::written::Written;
-use crate::experiment::Experiment;
+use crate::experiment::RunnableModel;
 use crate::run::run_state::RunState;
 use crate::sample::Sample;
 
@@ -43,7 +43,7 @@ impl Recorder {
     /// [`OutputError::Io`].
     pub fn new(
         folder: &RunFolder,
-        experiment: &dyn Experiment,
+        experiment: &dyn RunnableModel,
         summary: SummaryBuilder,
     ) -> Result<Self, OutputError> {
         let is_static = experiment.statics().is_some();

@@ -11,7 +11,7 @@ use std::io::{self, Write};
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField};
 use crate::sample::Sample;
-use crate::sensor::Column;
+use crate::sensor::SensorColumn;
 
 /// Writes `sensors.csv`, whole rows only.
 #[derive(Debug)]
@@ -25,10 +25,10 @@ impl<W: Write> SensorWriter<W> {
     ///
     /// # Errors
     /// Errors of the file.
-    pub fn new(sink: W, columns: &[Column]) -> io::Result<Self> {
+    pub fn new(sink: W, columns: &[SensorColumn]) -> io::Result<Self> {
         let head = HEAD.map(str::to_owned).into_iter();
-        let header: Vec<String> = head.chain(columns.iter().map(Column::name)).collect();
-        let flags = columns.iter().map(Column::is_flag).collect();
+        let header: Vec<String> = head.chain(columns.iter().map(SensorColumn::name)).collect();
+        let flags = columns.iter().map(SensorColumn::is_flag).collect();
         let mut writer = Self { rows: RowBlocks::new(sink), flags };
         writer.rows.push(|row| row.write_record(&header))?;
         writer.rows.flush()?; // a run that fails at once leaves a file with a header
@@ -72,7 +72,7 @@ mod tests {
 
     #[test]
     fn flags_are_whole_and_what_is_not_unique_is_no_number() {
-        let column = |part: &str, quantity| Column {
+        let column = |part: &str, quantity| SensorColumn {
             sensor: "tip".into(),
             part: part.into(),
             quantity,

@@ -7,7 +7,7 @@ use super::columns::{
     CONTACT_COLUMNS, HEAD, NODE_ENERGIES, NODE_PARTS, PLACE, POSITION_NAMES, RESIDUALS, SECTION,
     TAIL,
 };
-use crate::experiment::Experiment;
+use crate::experiment::RunnableModel;
 use crate::system::contact_origin::{ContactOrigin, TouchingBodies};
 
 /// Bytes of a number in a row, with its comma, on average: 17 digits where it is not round.
@@ -36,7 +36,7 @@ pub struct OutputSize {
 impl OutputSize {
     /// Of a run to its end.
     #[must_use]
-    pub fn of(experiment: &dyn Experiment, settings: &Settings) -> Self {
+    pub fn of(experiment: &dyn RunnableModel, settings: &Settings) -> Self {
         let (steps, every) = (settings.steps(), settings.every.max(1));
         let rows = 1 + steps.div_ceil(every);
         let columns = experiment.columns();
@@ -92,7 +92,7 @@ impl OutputSize {
 }
 
 /// Rows of `contacts.csv` of a node at most, roughly: bodies rest on few points.
-fn contacts(experiment: &dyn Experiment) -> usize {
+fn contacts(experiment: &dyn RunnableModel) -> usize {
     let shapes = experiment.contacts().iter().filter_map(ContactOrigin::shapes);
     let points = shapes.map(|own| match &own.bodies {
         TouchingBodies::Pair { .. } => (own.sides(0).of as usize).min(POINTS),

@@ -31,7 +31,7 @@ pub enum Status {
 
 /// Where a run was interrupted.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Interruption {
+pub struct RunInterruption {
     /// Steps taken.
     pub step: u64,
     /// The time that was reached, s.
@@ -140,7 +140,7 @@ pub struct Summary {
     pub failure: Option<RunFailure>,
     /// Where it was interrupted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub interruption: Option<Interruption>,
+    pub interruption: Option<RunInterruption>,
     /// Time-stepping scheme.
     pub scheme: String,
     /// Order of accuracy.
@@ -246,7 +246,7 @@ pub enum Ended<'a> {
     /// It ended by itself.
     By(&'a RunOutcome),
     /// It was interrupted.
-    Interrupted(Interruption),
+    Interrupted(RunInterruption),
     /// It goes on: steps taken, and the time that was reached, s.
     Not((u64, f64)),
 }

@@ -104,7 +104,7 @@ pub(crate) struct FoldedElement<'a> {
 
 /// The elements of one beam, and how far they were bent.
 #[derive(Clone, Debug)]
-struct Watched {
+struct WatchedBeam {
     beam: String,
     pairs: Vec<(usize, [usize; 2])>,
     bounds: BendingBounds,
@@ -114,12 +114,12 @@ struct Watched {
 /// Looks at the angle between neighbouring nodes along a run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LimitWatch {
-    beams: Vec<Watched>,
+    beams: Vec<WatchedBeam>,
 }
 
 impl LimitWatch {
     pub(crate) fn new(beams: &Beams) -> Self {
-        let watched = |beam: &BeamParts| Watched {
+        let watched = |beam: &BeamParts| WatchedBeam {
             beam: beam.name.clone(),
             pairs: beams.pairs(beam).collect(),
             bounds: beam.bounds(),
@@ -168,7 +168,7 @@ impl LimitWatch {
 
     /// Warnings on the configurations since.
     pub(crate) fn warnings(&self) -> Vec<String> {
-        let warning = |watched: &Watched| {
+        let warning = |watched: &WatchedBeam| {
             let (first, begin) = watched.bent.first?;
             let (element, angle, t) = watched.bent.largest;
             let (begin, t) = (twelve_digits(begin), twelve_digits(t));

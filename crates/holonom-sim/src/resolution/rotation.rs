@@ -122,7 +122,7 @@ fn words_of_angle(angle: f64) -> String {
 
 /// What turns, and where its velocities are.
 #[derive(Clone, Debug)]
-enum Turning {
+enum TurningPart {
     /// A frame.
     Body(usize),
     /// The nodes of a beam.
@@ -131,7 +131,7 @@ enum Turning {
     Bar([Option<usize>; 2], usize, f64),
 }
 
-impl Turning {
+impl TurningPart {
     /// Its rate with the velocity `v`, rad/s.
     fn rate(&self, v: &[f64]) -> f64 {
         match self {
@@ -164,7 +164,7 @@ pub(crate) struct FastestSoFar {
 /// Follows the fastest rotation of what no prescribed motion turns.
 #[derive(Clone, Debug)]
 pub(crate) struct RotationWatch {
-    all: Vec<(String, Turning)>,
+    all: Vec<(String, TurningPart)>,
     driven: Vec<bool>,
     pub(crate) fastest: FastestSoFar,
     /// A step has failed, after nodes that may not be those of the motion: rotations along the run
@@ -176,9 +176,11 @@ impl RotationWatch {
     pub(crate) fn new(model: &Model, mechanism: &Mechanism, beams: &Beams) -> Self {
         let description = mechanism.description();
         let bodies = model.bodies.iter().enumerate().filter(|(_, body)| !body.fixed);
-        let bodies = bodies.map(|(k, body)| (body.name.clone(), Turning::Body(k)));
-        let beams =
-            beams.list.iter().map(|beam| (beam.name.clone(), Turning::Beam(beam.nodes.clone())));
+        let bodies = bodies.map(|(k, body)| (body.name.clone(), TurningPart::Body(k)));
+        let beams = beams
+            .list
+            .iter()
+            .map(|beam| (beam.name.clone(), TurningPart::Beam(beam.nodes.clone())));
         let (first, d) = (12 * description.bodies.len(), description.dimension);
         let end = |end: &BarEnd| match end {
             BarEnd::Particle(k) => Some(first + d * k),
@@ -186,7 +188,7 @@ impl RotationWatch {
         };
         let bars = description.bars.iter().map(|bar| {
             let ends = [end(&bar.from), Some(first + d * bar.to)];
-            (bar.name.clone(), Turning::Bar(ends, d, bar.length))
+            (bar.name.clone(), TurningPart::Bar(ends, d, bar.length))
         });
         let all: Vec<_> = bodies.chain(beams).chain(bars).collect();
         let driven = vec![false; all.len()];

@@ -17,15 +17,16 @@ const STIFF: f64 = 10.0;
 
 /// What of a force is looked at.
 #[derive(Clone, Copy)]
-enum Slope {
+enum ForceSlope {
     ByCoordinate,
     ByRate,
 }
 
-impl Slope {
+impl ForceSlope {
     fn emit(
         self,
-        (system, force): (&SeparableSystem, usize),
+        system: &SeparableSystem,
+        force: usize,
         at: Configuration<'_>,
         out: &mut dyn Entries,
     ) {
@@ -53,25 +54,25 @@ pub(crate) fn warnings(run: &mut MechanismIntegrator, model: &Model) -> Vec<Stri
     };
     let laws: Vec<usize> =
         (0..run.system().sources().len()).filter(|k| is_law(&run.system().sources()[*k])).collect();
-    let slopes = [Slope::ByCoordinate, Slope::ByRate];
+    let slopes = [ForceSlope::ByCoordinate, ForceSlope::ByRate];
     slopes.iter().filter_map(|slope| stiffest(run, *slope, &laws, &model.settings)).collect()
 }
 
 fn stiffest(
     run: &mut MechanismIntegrator,
-    slope: Slope,
+    slope: ForceSlope,
     laws: &[usize],
     settings: &Settings,
 ) -> Option<String> {
     let emit = |system: &SeparableSystem, at: Configuration<'_>, out: &mut dyn Entries| {
-        laws.iter().for_each(|force| slope.emit((system, *force), at, out));
+        laws.iter().for_each(|force| slope.emit(system, *force, at, out));
     };
     let x = run.fastest_motions(&emit, &|_| false).ok()?.all.velocity;
     let (system, state) = (run.system(), run.state());
     let n = x.len();
     let share = |force: &usize| {
         let matrix = SparseMatrix::assemble(n, n, |out| {
-            slope.emit((system, *force), state.configuration(), out);
+            slope.emit(system, *force, state.configuration(), out);
         });
         (matrix.bilinear(&x, &x), *force)
     };
@@ -80,8 +81,8 @@ fn stiffest(
     let Source::Element(name) = &system.sources()[force] else { return None };
     (found > STIFF).then(|| {
         let (what, step) = match slope {
-            Slope::ByCoordinate => ("h² k/m", settings.step * (STIFF / found).sqrt()),
-            Slope::ByRate => ("h c/m", settings.step * STIFF / found),
+            ForceSlope::ByCoordinate => ("h² k/m", settings.step * (STIFF / found).sqrt()),
+            ForceSlope::ByRate => ("h c/m", settings.step * STIFF / found),
         };
         format!(
             "law `{name}` is stiff: {what} = {} at the start; its error changes its sign from step to step, and step = {} \

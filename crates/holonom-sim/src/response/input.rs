@@ -11,7 +11,7 @@ use std::str::FromStr;
 /// A direction of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Direction {
+pub enum SpaceDirection {
     /// The first axis.
     X,
     /// The second.
@@ -20,7 +20,7 @@ pub enum Direction {
     Z,
 }
 
-impl Direction {
+impl SpaceDirection {
     fn index(self) -> usize {
         self as usize
     }
@@ -41,13 +41,13 @@ impl Direction {
 /// What excites, with amplitudes of cosines.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Input {
+pub enum ResponseInput {
     /// A `[[load]]` with what is stated of it as the amplitude, in the place of its history.
     Load(String),
     /// The ground and all that is fixed to it move.
     Base {
         /// Along this axis.
-        along: Direction,
+        along: SpaceDirection,
         /// Amplitude, m.
         amplitude: f64,
     },
@@ -56,15 +56,15 @@ pub enum Input {
         /// The body or the node of a beam.
         body: String,
         /// The axis, by the right-hand rule.
-        about: Direction,
+        about: SpaceDirection,
         /// `U`, kg·m.
         unbalance: f64,
     },
 }
 
-impl fmt::Display for Input {
+impl fmt::Display for ResponseInput {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let axis = |d: &Direction| ["x", "y", "z"][d.index()];
+        let axis = |d: &SpaceDirection| ["x", "y", "z"][d.index()];
         match self {
             Self::Load(name) => write!(f, "load.{name}"),
             Self::Base { along, amplitude } => write!(f, "base.{}={amplitude}", axis(along)),
@@ -75,7 +75,7 @@ impl fmt::Display for Input {
     }
 }
 
-impl FromStr for Input {
+impl FromStr for ResponseInput {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
@@ -95,12 +95,12 @@ impl FromStr for Input {
             return if name.is_empty() { Err(help()) } else { Ok(Self::Load(name.to_owned())) };
         }
         if let Some(axis) = what.strip_prefix("base.") {
-            let along = Direction::named(axis).ok_or_else(help)?;
+            let along = SpaceDirection::named(axis).ok_or_else(help)?;
             return Ok(Self::Base { along, amplitude: value.unwrap_or(1.0) });
         }
         let turning = what.strip_prefix("unbalance.").and_then(|rest| rest.rsplit_once('.'));
         let (body, axis) = turning.ok_or_else(help)?;
-        let about = Direction::named(axis).ok_or_else(help)?;
+        let about = SpaceDirection::named(axis).ok_or_else(help)?;
         let unbalance = value.ok_or_else(help)?;
         Ok(Self::Unbalance { body: body.to_owned(), about, unbalance })
     }
@@ -121,7 +121,7 @@ impl Excitation {
     pub(super) fn new(
         model: &Model,
         statics: &mut Statics,
-        inputs: &[Input],
+        inputs: &[ResponseInput],
     ) -> Result<Self, ResponseError> {
         let n = statics.problem().configuration().len();
         let mut own = Self {
@@ -131,8 +131,8 @@ impl Excitation {
         };
         for input in inputs {
             match input {
-                Input::Load(name) => own.add_load(model, statics, name)?,
-                Input::Base { along, amplitude } => {
+                ResponseInput::Load(name) => own.add_load(model, statics, name)?,
+                ResponseInput::Base { along, amplitude } => {
                     let unit = along.unit();
                     (0..3).for_each(|i| own.base[i] += amplitude * unit[i]);
                     let inertia = statics.problem().inertia_of_translation(unit);
@@ -140,7 +140,7 @@ impl Excitation {
                         *f += amplitude * m;
                     }
                 }
-                Input::Unbalance { body, about, unbalance } => {
+                ResponseInput::Unbalance { body, about, unbalance } => {
                     let first = frame(model, body).ok_or_else(|| ResponseError::NoSuch {
                         what: "body or node of a beam",
                         name: body.clone(),

@@ -11,11 +11,11 @@
 
 mod input;
 
-pub use input::{Direction, Input};
+pub use input::{ResponseInput, SpaceDirection};
 pub use vi_statics::AddedDamping;
 
 use crate::modes::{About, ModalAnalysis, ModeKind, ModesError};
-use crate::sensor::{Column, columns};
+use crate::sensor::{SensorColumn, columns};
 use crate::statics::{refuse_rolling, refuse_states};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use input::Excitation;
@@ -155,7 +155,7 @@ pub struct Response {
     /// About which configuration.
     pub about: About,
     /// What excites.
-    pub inputs: Vec<Input>,
+    pub inputs: Vec<ResponseInput>,
     /// `α` (1/s) and `β` (s) of `α M + β K`.
     pub rayleigh: [f64; 2],
     /// Damping ratios of the vibrations, the last one of all further ones.
@@ -180,7 +180,7 @@ impl Response {
     pub fn new(
         model: &Model,
         about: About,
-        inputs: &[Input],
+        inputs: &[ResponseInput],
         band: &Band,
         damping: &AddedDamping,
     ) -> Result<Self, ResponseError> {
@@ -189,12 +189,12 @@ impl Response {
         }
         let in_rotation = about == About::Rotation;
         if let Some(turning) =
-            inputs.iter().find(|own| in_rotation && !matches!(own, Input::Load(_)))
+            inputs.iter().find(|own| in_rotation && !matches!(own, ResponseInput::Load(_)))
         {
             return Err(ResponseError::InRotation(turning.to_string()));
         }
         let mut state = model.clone();
-        state.loads.retain(|load| !inputs.contains(&Input::Load(load.name.clone())));
+        state.loads.retain(|load| !inputs.contains(&ResponseInput::Load(load.name.clone())));
         let mut warnings = without_amplitudes(&mut state);
         if state.sensors.is_empty() {
             return Err(ResponseError::NoSensor);
@@ -230,7 +230,7 @@ impl Response {
             return Err(ResponseError::NoForce);
         }
         let mut equations = statics.problem().harmonic_response(damping)?;
-        let own: Vec<Column> = columns(&state);
+        let own: Vec<SensorColumn> = columns(&state);
         let with_base = of_base(&state, &own);
         let mut found: Vec<ResponseColumn> = own.iter().map(empty).collect();
         for &frequency in &frequencies {
@@ -286,7 +286,7 @@ impl Response {
     }
 }
 
-fn empty(column: &Column) -> ResponseColumn {
+fn empty(column: &SensorColumn) -> ResponseColumn {
     ResponseColumn {
         name: column.name(),
         quantity: column.quantity.to_owned(),
@@ -328,7 +328,7 @@ fn without_amplitudes(model: &mut Model) -> Vec<String> {
 }
 
 /// Zeros in the place of amplitudes that are round-off beside others of the same quantity.
-fn without_round_off(columns: &[Column], values: &mut [Complex<f64>]) {
+fn without_round_off(columns: &[SensorColumn], values: &mut [Complex<f64>]) {
     let largest: Vec<f64> = columns
         .iter()
         .map(|own| {
@@ -346,8 +346,8 @@ fn without_round_off(columns: &[Column], values: &mut [Complex<f64>]) {
 
 /// The axis and the number of derivatives of what moves with the ground in space: positions,
 /// velocities, accelerations that are not seen from a body.
-fn of_base(model: &Model, columns: &[Column]) -> Vec<Option<(usize, u32)>> {
-    let order = |column: &Column| {
+fn of_base(model: &Model, columns: &[SensorColumn]) -> Vec<Option<(usize, u32)>> {
+    let order = |column: &SensorColumn| {
         let sensor = model.sensors.iter().find(|sensor| sensor.name == column.sensor)?;
         let order = match sensor.kind {
             SensorKind::Position => 0,

@@ -21,7 +21,7 @@ const OPEN: f64 = 1e-10;
 /// What a contact does at a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum ContactState {
+pub enum ContactPhase {
     /// It keeps its place; without friction it is closed.
     Stick,
     /// It slides.
@@ -30,7 +30,7 @@ pub enum ContactState {
     Impact,
 }
 
-impl ContactState {
+impl ContactPhase {
     /// In files.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -70,7 +70,7 @@ pub struct ContactSample {
     /// The slip of the step from there, m/s or rad/s.
     pub slip: f64,
     /// What it does.
-    pub state: ContactState,
+    pub state: ContactPhase,
 }
 
 impl ContactSample {
@@ -182,7 +182,7 @@ impl ContactWatch {
         let Some((node, contacts)) = node else { return };
         let time = 0.5 * (node.before + node.after);
         for contact in contacts {
-            let Some(state) = ContactState::of(contact.status) else { continue };
+            let Some(state) = ContactPhase::of(contact.status) else { continue };
             let place = contact.place;
             self.seen.push(ContactSample {
                 element: self.acting[contact.id.element as usize],
@@ -212,7 +212,7 @@ impl ContactWatch {
 
     /// Follows a step that was taken to `(t, q)`: its nodes, and what touches compliantly at its
     /// end.
-    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>, (t, q): (f64, &[f64])) {
+    pub(crate) fn follow_step(&mut self, contacts: Option<&Nonsmooth>, t: f64, q: &[f64]) {
         if !self.compliant.is_empty() {
             let now: Vec<ContactId> = self.pressed(q).collect();
             let before = std::mem::replace(&mut self.state.pressed, now);
@@ -316,7 +316,7 @@ fn compliant_samples<'a>(
             gap: own.at.gap,
             force: [normal, first, second].map(|axis| axis.dot(&own.force)),
             slip: own.slip,
-            state: if own.slip > creep { ContactState::Slip } else { ContactState::Stick },
+            state: if own.slip > creep { ContactPhase::Slip } else { ContactPhase::Stick },
         }
     })
 }

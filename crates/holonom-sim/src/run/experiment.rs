@@ -17,7 +17,7 @@ use vi_constraints::integrator::ResumeError;
 use vi_core::contact_state::ContactCounts;
 
 /// What can be run: a motion, or a continuation of equilibria.
-pub trait Experiment: Send {
+pub trait RunnableModel: Send {
     /// What the assembly found.
     fn assembly(&self) -> &AssemblyReport;
     /// The members, in the order of their coordinates.

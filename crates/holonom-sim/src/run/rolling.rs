@@ -123,7 +123,9 @@ impl RollingWatch {
         &self,
         mechanism: &Mechanism,
         before: Option<&Interval>,
-        (q, v, h): (&[f64], &[f64], f64),
+        q: &[f64],
+        v: &[f64],
+        h: f64,
     ) -> Option<(String, String)> {
         const NEAR: f64 = 0.8; // of the largest turn
         let turn = |own: &Rolling| {
@@ -159,7 +161,8 @@ impl RollingWatch {
         &mut self,
         mechanism: &Mechanism,
         at: Configuration<'_>,
-        (force, kinetic): (&[f64], f64),
+        force: &[f64],
+        kinetic: f64,
         rows: &IndependentRows,
     ) {
         let Self { state, wheels, observer: Some(observer) } = self else { return };

@@ -84,7 +84,7 @@ pub(crate) struct MotionState {
     pub(crate) ended: Option<f64>, // J  E_d of the composed step that ended at the node
     pub(crate) work: Vec<f64>,     // J  of each force, then of all prescribed motions
     pub(crate) impulse: Option<Impulse>, // with prescribed motions
-    pub(crate) increment: Option<Increment>, // with sensors of accelerations at order 2
+    pub(crate) increment: Option<StepIncrement>, // with sensors of accelerations at order 2
 }
 
 /// What the impulse of constraints at a node is made of.
@@ -97,7 +97,7 @@ pub(crate) struct Impulse {
 
 /// What a step changes the coordinates by.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Increment {
+pub(crate) struct StepIncrement {
     pub(crate) dq: Vec<f64>, // n
     pub(crate) h: f64,       // s; 0: there was no step
 }

@@ -42,7 +42,7 @@ pub struct Member {
 
 /// Largest residuals of the constraints at a node, at three levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Residuals {
+pub struct ResidualsAtLevels {
     /// `|g(q_n)|_∞`.
     pub position: f64,
     /// `|G(q_{n+1/2}) Δq/h|_∞`, LMO08 (45).
@@ -133,7 +133,7 @@ pub struct Sample {
     /// Momentum maps of the projected momentum `ᵠp_n`.
     pub momentum: Momentum,
     /// Constraint residuals.
-    pub residuals: Residuals,
+    pub residuals: ResidualsAtLevels,
     /// Newton iterations of the step that led here (0 at the start; the mean over sub-steps).
     pub newton_iterations: f64,
     /// What the sensors of the model measure, in the order of their columns; empty without sensors.
@@ -166,7 +166,7 @@ impl Sample {
     /// Whether no number is NaN or infinite; a sensor that has no value at a node reads NaN.
     #[must_use]
     pub fn is_finite(&self) -> bool {
-        let Residuals { position, velocity, momentum } = self.residuals;
+        let ResidualsAtLevels { position, velocity, momentum } = self.residuals;
         let energies = [self.energy, self.hamiltonian, self.work];
         let numbers = [self.t, position, velocity, momentum].into_iter().chain(energies);
         let Momentum { linear, angular } = self.momentum;

@@ -14,7 +14,7 @@ pub const REACTION: [&str; 6] = ["fx", "fy", "fz", "mx", "my", "mz"];
 
 /// A column of `sensors.csv`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Column {
+pub struct SensorColumn {
     /// Name of the sensor.
     pub sensor: String,
     /// Which of its numbers; empty when there is only one.
@@ -26,7 +26,7 @@ pub struct Column {
     pub unit: &'static str,
 }
 
-impl Column {
+impl SensorColumn {
     /// Its name in the header: `NAME.part`, or `NAME`.
     #[must_use]
     pub fn name(&self) -> String {
@@ -60,15 +60,15 @@ pub(crate) fn parts_of_signal(signal: &Signal) -> Vec<&'static str> {
 
 /// The columns of all signals and sensors of a model, in order.
 #[must_use]
-pub fn columns(model: &Model) -> Vec<Column> {
+pub fn columns(model: &Model) -> Vec<SensorColumn> {
     let members = SensedParts::of(model);
     let signals = model.signals.iter().flat_map(columns_of_signal);
     signals.chain(model.sensors.iter().flat_map(|sensor| members.columns(sensor))).collect()
 }
 
 /// The columns of a signal.
-pub(crate) fn columns_of_signal(signal: &Signal) -> impl Iterator<Item = Column> {
-    parts_of_signal(signal).into_iter().map(|part| Column {
+pub(crate) fn columns_of_signal(signal: &Signal) -> impl Iterator<Item = SensorColumn> {
+    parts_of_signal(signal).into_iter().map(|part| SensorColumn {
         sensor: signal.name.clone(),
         part: part.to_owned(),
         quantity: "signal",
@@ -77,12 +77,12 @@ pub(crate) fn columns_of_signal(signal: &Signal) -> impl Iterator<Item = Column>
 }
 
 /// The columns of a sensor of a model.
-pub(crate) fn columns_of(model: &Model, sensor: &Sensor) -> Vec<Column> {
+pub(crate) fn columns_of(model: &Model, sensor: &Sensor) -> Vec<SensorColumn> {
     SensedParts::of(model).columns(sensor)
 }
 
 /// Part, quantity and unit of a number.
-type Part = (String, &'static str, &'static str);
+type NumberLabel = (String, &'static str, &'static str);
 
 /// What sensors are of, by name.
 struct SensedParts<'a> {
@@ -108,22 +108,26 @@ impl<'a> SensedParts<'a> {
         }
     }
 
-    fn columns(&self, sensor: &Sensor) -> Vec<Column> {
-        let column =
-            |(part, quantity, unit)| Column { sensor: sensor.name.clone(), part, quantity, unit };
+    fn columns(&self, sensor: &Sensor) -> Vec<SensorColumn> {
+        let column = |(part, quantity, unit)| SensorColumn {
+            sensor: sensor.name.clone(),
+            part,
+            quantity,
+            unit,
+        };
         self.parts(sensor).into_iter().map(column).collect()
     }
 
     /// Part, quantity and unit of each number of a sensor.
-    fn parts(&self, sensor: &Sensor) -> Vec<Part> {
+    fn parts(&self, sensor: &Sensor) -> Vec<NumberLabel> {
         let of = sensor.of.as_str();
-        let named = |names: &[&str], quantity, unit| -> Vec<Part> {
+        let named = |names: &[&str], quantity, unit| -> Vec<NumberLabel> {
             names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
         };
         let planar = self.particles.contains(of) && sensor.seen_from.is_none();
         let axes = if planar { self.dimension } else { 3 };
         let axes = &POSITION_NAMES[..axes];
-        let section = |columns: &[output::Column]| -> Vec<Part> {
+        let section = |columns: &[output::OutputColumn]| -> Vec<NumberLabel> {
             columns.iter().map(|own| (own.name.to_owned(), own.quantity, own.unit)).collect()
         };
         let pair = self.joints.get(of).map(|joint| joint.pair());
@@ -207,7 +211,7 @@ impl<'a> SensedParts<'a> {
     }
 
     /// Part, quantity and unit of each number of an effort.
-    fn effort_parts(&self, of: &str) -> Vec<Part> {
+    fn effort_parts(&self, of: &str) -> Vec<NumberLabel> {
         let quantity = |unit| if unit == "N" { "force" } else { "torque" };
         let along = |pair, freedom: usize| {
             let parts = joint_parts(Some(pair), ["", "N·m"], ["", "N"]);
@@ -235,7 +239,10 @@ impl<'a> SensedParts<'a> {
             Some(_) => row("N"),
             None if self.bushings.contains(of) => {
                 let parts = |names: &[&str], quantity, unit| {
-                    names.iter().map(|n| ((*n).to_owned(), quantity, unit)).collect::<Vec<Part>>()
+                    names
+                        .iter()
+                        .map(|n| ((*n).to_owned(), quantity, unit))
+                        .collect::<Vec<NumberLabel>>()
                 };
                 let forces = parts(&REACTION[..3], "force", "N");
                 [forces, parts(&REACTION[3..], "torque", "N·m")].concat()
@@ -248,8 +255,8 @@ impl<'a> SensedParts<'a> {
     }
 
     /// Part, quantity and unit of each number that a law states.
-    fn law_parts(&self, law: &Law) -> Vec<Part> {
-        let parts = |names: &[&str], quantity, unit| -> Vec<Part> {
+    fn law_parts(&self, law: &Law) -> Vec<NumberLabel> {
+        let parts = |names: &[&str], quantity, unit| -> Vec<NumberLabel> {
             names.iter().map(|name| ((*name).to_owned(), quantity, unit)).collect()
         };
         if let Some(on) = law.on.as_deref() {
@@ -273,7 +280,7 @@ fn joint_parts(
     pair: Option<PairKind>,
     angle: [&'static str; 2],
     length: [&'static str; 2],
-) -> Vec<Part> {
+) -> Vec<NumberLabel> {
     let Some(pair) = pair else { return Vec::new() };
     let freedoms = pair.dof();
     let of_kind = |angle: bool| (0..freedoms).filter(|&k| pair.is_angle(k) == angle).count();

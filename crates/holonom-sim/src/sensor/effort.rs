@@ -21,13 +21,13 @@ use crate::system::time_function::TimeFunctions;
 use vi_multibody::builder::ForceElements;
 use vi_multibody::joint_motion::{JointMotion, joint_rates};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::reaction::{NodeReactions, Tension};
+use vi_multibody::reaction::{BarTension, NodeReactions};
 use vi_multibody::scalar_constraint::ScalarRow;
 use vi_multibody::spring::{Damper, Spring};
 
 /// What a sensor of an effort reads.
 #[derive(Clone, Debug)]
-pub(crate) enum Effort {
+pub(crate) enum EffortSensor {
     /// The force elements of a joint, and its coordinates.
     Joint(Vec<JointDrive>, Box<JointMotion>),
     /// A spring between points with its damper.
@@ -47,7 +47,7 @@ pub(super) fn row_of(name: &str, mechanism: &Mechanism) -> Option<usize> {
     Some(mechanism.scalar_rows(k).start)
 }
 
-impl Effort {
+impl EffortSensor {
     /// That of a joint, spring or constraint of the model; `None` when there is none of this name.
     pub(super) fn of(name: &str, from: &Finder<'_>) -> Option<Self> {
         let Finder { names: Names { model, .. }, mechanism, dynamics, .. } = *from;
@@ -96,7 +96,8 @@ impl Effort {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, all): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        all: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {
@@ -172,7 +173,7 @@ impl Effort {
             }
             Self::Row(row, factor) => {
                 let Some(tension) = reactions.map(|all| all.scalar_row(*row)) else { return };
-                let Tension { force, unique } = tension;
+                let BarTension { force, unique } = tension;
                 out.push(if unique { factor * force } else { f64::NAN });
                 out.push(f64::from(u8::from(unique)));
             }

@@ -3,7 +3,7 @@
 use holonom_model::{Constraint, Model, Sensor, spatial};
 
 /// The line of a distance as the model states it.
-pub(crate) struct Line<'a> {
+pub(crate) struct DistanceLine<'a> {
     /// The section that states its points, and the name there.
     pub(crate) of: [&'a str; 2],
     /// Members or the ground.
@@ -15,7 +15,7 @@ pub(crate) struct Line<'a> {
 }
 
 /// The line between what a sensor names, or of the spring, bar, law or constraint that it is of.
-pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'a>> {
+pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<DistanceLine<'a>> {
     let name = sensor.of.as_str();
     let points = |from: &'a [f64], to: &'a [f64]| [("point_from", from), ("point_to", to)];
     if let Some(to) = &sensor.to {
@@ -23,7 +23,7 @@ pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'
             [&sensor.point, &sensor.point_to].map(|own| own.as_ref().map_or(&[][..], |x| &x[..]));
         let points = [("point", from), ("point_to", end)];
         let of = ["sensor", sensor.name.as_str()];
-        return Some(Line { of, members: [name, to], points, relative_to: None });
+        return Some(DistanceLine { of, members: [name, to], points, relative_to: None });
     }
     let stated = |from: &'a Option<Vec<f64>>, to: &'a Option<Vec<f64>>| {
         points(from.as_deref().unwrap_or_default(), to.as_deref().unwrap_or_default())
@@ -31,7 +31,7 @@ pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'
     if let Some(own) = model.springs.iter().find(|own| own.name == name) {
         let points = stated(&own.point_from, &own.point_to);
         let relative_to = own.relative_to.as_deref();
-        return Some(Line {
+        return Some(DistanceLine {
             of: ["spring", name],
             members: [&own.from, &own.to],
             points,
@@ -41,7 +41,7 @@ pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'
     if let Some(own) = model.bars.iter().find(|own| own.name == name) {
         let points = [("point", own.point.as_deref().unwrap_or_default()); 2];
         let relative_to = own.relative_to.as_deref();
-        return Some(Line {
+        return Some(DistanceLine {
             of: ["bar", name],
             members: [&own.from, &own.to],
             points,
@@ -52,7 +52,7 @@ pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'
         let members = [own.from.as_deref()?, own.to.as_deref()?];
         let points = stated(&own.point_from, &own.point_to);
         let relative_to = own.relative_to.as_deref();
-        return Some(Line { of: ["law", name], members, points, relative_to });
+        return Some(DistanceLine { of: ["law", name], members, points, relative_to });
     }
     model.constraints.iter().find_map(|constraint| match constraint {
         Constraint::Distance { name: own, from, to, point_from, point_to, relative_to, .. }
@@ -60,7 +60,7 @@ pub(crate) fn line_of<'a>(model: &'a Model, sensor: &'a Sensor) -> Option<Line<'
         {
             let (members, points) = ([from.as_str(), to], points(point_from, point_to));
             let relative_to = relative_to.as_deref();
-            Some(Line { of: ["constraint", name], members, points, relative_to })
+            Some(DistanceLine { of: ["constraint", name], members, points, relative_to })
         }
         _ => None,
     })
@@ -71,6 +71,6 @@ pub(crate) fn ends_of<'a>(
     model: &'a Model,
     sensor: &'a Sensor,
 ) -> Option<[(&'a str, [f64; 3]); 2]> {
-    let Line { members, points, .. } = line_of(model, sensor)?;
+    let DistanceLine { members, points, .. } = line_of(model, sensor)?;
     Some([0, 1].map(|k| (members[k], spatial(points[k].1))))
 }

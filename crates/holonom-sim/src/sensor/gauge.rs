@@ -2,13 +2,13 @@
 
 use super::attitude::Attitude;
 use super::contact::ContactGauge;
-use super::effort::Effort;
+use super::effort::EffortSensor;
 use super::finder::Finder;
 use super::observer::Observer;
 use super::power::Power;
 use super::section::SectionGauge;
 use super::view::View;
-use super::work::Work;
+use super::work::WorkOfParts;
 use crate::system::contact_gaps::clearance;
 use holonom_model::{ReactionFrame, Sensor, SensorKind};
 use nalgebra::{Matrix3, Quaternion, Vector3};
@@ -47,9 +47,9 @@ pub(super) enum Gauge {
     Slip(Vec<(usize, Vector3<f64>)>), // of what rolls: rows among those of velocities, directions
     BladeSlip(usize),
     Contact(ContactGauge),
-    Effort(Effort),
+    Effort(EffortSensor),
     Power(Power),
-    Work(Work),
+    Work(WorkOfParts),
     Section(SectionGauge),
 }
 
@@ -152,9 +152,9 @@ impl Gauge {
             SensorKind::FrictionTorque => {
                 Self::Contact(ContactGauge::joint(from.contacts, of, false)?)
             }
-            SensorKind::Effort => Self::Effort(Effort::of(of, from)?),
+            SensorKind::Effort => Self::Effort(EffortSensor::of(of, from)?),
             SensorKind::Power => Self::Power(Power::of(of, from)?),
-            SensorKind::Work => Self::Work(Work::of(of, from)?),
+            SensorKind::Work => Self::Work(WorkOfParts::of(of, from)?),
         })
     }
 
@@ -203,7 +203,8 @@ impl Gauge {
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, forces): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        forces: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         let description = mechanism.description();
@@ -217,8 +218,8 @@ impl Gauge {
             }
             Self::Reaction(k, _) => joint().map(|own| *k = own).is_none(),
             Self::Tension(k) => bar().map(|own| *k = own).is_none(),
-            Self::Effort(effort) => effort.act_by(name, (mechanism, forces), idle),
-            Self::Power(power) => power.act_by(name, (mechanism, forces), idle),
+            Self::Effort(effort) => effort.act_by(name, mechanism, forces, idle),
+            Self::Power(power) => power.act_by(name, mechanism, forces, idle),
             Self::Work(work) => {
                 work.act_by(name, idle);
                 false // what was done stays

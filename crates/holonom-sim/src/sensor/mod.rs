@@ -51,25 +51,25 @@ mod view;
 mod work;
 
 pub(crate) use attitude::{Attitude, sign};
-pub use columns::{Column, REACTION, UNIQUE, columns};
+pub use columns::{REACTION, SensorColumn, UNIQUE, columns};
 pub(crate) use columns::{columns_of, columns_of_signal, parts_of_signal};
 pub(crate) use contact::{Signs, signed};
-pub(crate) use effort::Effort;
+pub(crate) use effort::EffortSensor;
 pub(crate) use ends::{ends_of, line_of};
 pub(crate) use section::{PlaceChange, SectionGauge};
 pub(crate) use view::{View, Works};
 
 use crate::dynamics::Dynamics;
 use crate::run::run_state::same_length;
-use crate::stepper::Wanted;
+use crate::stepper::WantedOfNode;
 use crate::system::beams::Beams;
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::names::Names;
 use crate::system::signal::output::{SignalGauge, SignalNetwork};
 use finder::Finder;
 use gauge::Gauge;
-use holonom_model::expression::Program;
-use holonom_model::{Model, Observed, Part, Quantities, Reading, Sensor, SensorKind};
+use holonom_model::expression::ExpressionProgram;
+use holonom_model::{Model, NodeReading, Observed, Quantities, Sensor, SensorKind, SensorPart};
 use std::ops::Range;
 use vi_constraints::integrator::ResumeError;
 use vi_constraints::saddle_point::IndependentRows;
@@ -81,7 +81,7 @@ use vi_multibody::reaction::ReactionObserver;
 /// An expression of other numbers of a node.
 #[derive(Debug)]
 struct ExpressionGauge {
-    program: Program,
+    program: ExpressionProgram,
     place: usize,      // of its number
     reads: Vec<usize>, // numbers, in the order of its inputs after the time
 }
@@ -97,8 +97,8 @@ struct MeasuredPart {
 /// The sensors of a model, ready to read.
 #[derive(Debug, Default)]
 pub struct Sensors {
-    columns: Vec<Column>,
-    hidden: Vec<Column>, // of what expressions read, after these
+    columns: Vec<SensorColumn>,
+    hidden: Vec<SensorColumn>, // of what expressions read, after these
     expressions: Vec<ExpressionGauge>,
     inputs: Vec<f64>, // of an expression, scratch
     gauges: Vec<Gauge>,
@@ -121,9 +121,10 @@ impl Sensors {
         let model = names.model;
         let finder = Finder::new(names, mechanism, dynamics, beams, contacts);
         let (mut gauges, mut of) = (Vec::new(), Vec::new());
-        let mut columns: Vec<Column> = model.signals.iter().flat_map(columns_of_signal).collect();
+        let mut columns: Vec<SensorColumn> =
+            model.signals.iter().flat_map(columns_of_signal).collect();
         let mut expressions = Vec::new();
-        let mut add = |sensor: &Sensor, columns: &mut Vec<Column>| {
+        let mut add = |sensor: &Sensor, columns: &mut Vec<SensorColumn>| {
             let Some(gauge) = Gauge::of(sensor, &finder) else { return };
             let first = columns.len();
             columns.extend(columns_of(model, sensor));
@@ -141,18 +142,18 @@ impl Sensors {
         let expressions: Vec<ExpressionGauge> = expressions
             .into_iter()
             .map(|(place, Observed { program, readings })| {
-                let read = |reading: Reading| match reading {
-                    Reading::Signal(name) => columns.iter().position(|own| own.name() == name),
-                    Reading::Sensor(sensor, part) => {
-                        let known = |own: &Column| own.sensor == sensor.name;
+                let read = |reading: NodeReading| match reading {
+                    NodeReading::Signal(name) => columns.iter().position(|own| own.name() == name),
+                    NodeReading::Sensor(sensor, part) => {
+                        let known = |own: &SensorColumn| own.sensor == sensor.name;
                         if !columns.iter().any(known) {
                             add(&sensor, &mut columns);
                         }
                         let first = columns.iter().position(known)?;
                         let own = columns[first..].iter().take_while(|own| known(own));
                         match part {
-                            Part::Number(k) => Some(first + k),
-                            Part::Heading(part) => {
+                            SensorPart::Number(k) => Some(first + k),
+                            SensorPart::Heading(part) => {
                                 own.into_iter().position(|own| own.part == part).map(|k| first + k)
                             }
                         }
@@ -191,7 +192,7 @@ impl Sensors {
 
     /// The columns of `sensors.csv`; empty without sensors.
     #[must_use]
-    pub fn columns(&self) -> &[Column] {
+    pub fn columns(&self) -> &[SensorColumn] {
         &self.columns
     }
 
@@ -212,7 +213,7 @@ impl Sensors {
     }
 
     /// What acts on a joint, between points or by a law, whose effort or power a sensor reads.
-    pub(crate) fn effort(&self, name: &str) -> Option<&Effort> {
+    pub(crate) fn effort(&self, name: &str) -> Option<&EffortSensor> {
         match self.gauge(name)? {
             Gauge::Effort(effort) => Some(effort),
             Gauge::Power(power) => power.effort(),
@@ -271,8 +272,8 @@ impl Sensors {
     }
 
     /// What is needed of a node.
-    pub(crate) fn wanted(&self) -> Wanted {
-        Wanted {
+    pub(crate) fn wanted(&self) -> WantedOfNode {
+        WantedOfNode {
             forces: self.observer.is_some(),
             accelerations: self.accelerations,
             contacts: self.contacts,
@@ -294,7 +295,7 @@ impl Sensors {
         idle: &dyn Fn(&str, &str) -> bool,
     ) {
         for (gauge, of) in self.gauges.iter_mut().zip(&mut self.of) {
-            of.idle = gauge.act_by(&of.name, (mechanism, forces), idle);
+            of.idle = gauge.act_by(&of.name, mechanism, forces, idle);
         }
         if let Some(observer) = &mut self.observer {
             *observer = ReactionObserver::new(mechanism);

@@ -11,7 +11,7 @@
 //! Rates are those of `v̂`, values those of the node, so the trapezoidal sum over all nodes is the
 //! work that the steps have done, to second order in the step.
 
-use super::effort::{Effort, row_of};
+use super::effort::{EffortSensor, row_of};
 use super::finder::Finder;
 use super::view::View;
 use holonom_model::Constraint;
@@ -27,7 +27,7 @@ use vi_rigid::Load;
 #[derive(Clone, Debug)]
 pub(super) enum Power {
     /// Of the elements of a joint, or of a spring between points.
-    Effort(Effort),
+    Effort(EffortSensor),
     /// Of a load, in all places where it acts.
     Loads(Vec<Load>),
     /// Of a law or a bushing.
@@ -49,10 +49,10 @@ impl Power {
             let forces = Box::new(from.dynamics.forces.only(name));
             return Some(Self::Forces(forces, Arc::default()));
         }
-        let effort = Effort::of(name, from)?;
+        let effort = EffortSensor::of(name, from)?;
         let motion = model.constraints.iter().find(|c| c.name() == name);
         match (effort, motion) {
-            (Effort::Row(row, _), Some(Constraint::Motion { joint, freedom, .. })) => {
+            (EffortSensor::Row(row, _), Some(Constraint::Motion { joint, freedom, .. })) => {
                 let joint = from.mechanism.description().joints[from.joint(joint)?].clone();
                 Some(Self::Motion(row, Box::new(joint), *freedom))
             }
@@ -65,15 +65,16 @@ impl Power {
         matches!(self, Self::Motion(..))
     }
 
-    /// Goes on with the parts of another mechanism, as [`Effort::act_by`].
+    /// Goes on with the parts of another mechanism, as [`EffortSensor::act_by`].
     pub(super) fn act_by(
         &mut self,
         name: &str,
-        (mechanism, all): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        all: &ForceElements,
         idle: &dyn Fn(&str, &str) -> bool,
     ) -> bool {
         match self {
-            Self::Effort(effort) => effort.act_by(name, (mechanism, all), idle),
+            Self::Effort(effort) => effort.act_by(name, mechanism, all, idle),
             Self::Forces(forces, _) => {
                 **forces = all.only(name);
                 idle(name, "")
@@ -84,7 +85,7 @@ impl Power {
     }
 
     /// What follows joint coordinates.
-    pub(super) fn effort(&self) -> Option<&Effort> {
+    pub(super) fn effort(&self) -> Option<&EffortSensor> {
         match self {
             Self::Effort(effort) => Some(effort),
             _ => None,
@@ -92,7 +93,7 @@ impl Power {
     }
 
     /// The same, to go on.
-    pub(super) fn effort_mut(&mut self) -> Option<&mut Effort> {
+    pub(super) fn effort_mut(&mut self) -> Option<&mut EffortSensor> {
         match self {
             Self::Effort(effort) => Some(effort),
             _ => None,

@@ -22,12 +22,12 @@ pub(crate) struct SectionGauge {
     gravity: Vector3<f64>, // γ, m/s²
     loads: Vec<BeamLoad>,
     beam: String,
-    along: Option<Along>, // None: in the middle of an element
+    along: Option<PlaceOnBeam>, // None: in the middle of an element
 }
 
 /// Where along a beam a sensor is.
 #[derive(Clone, Debug)]
-struct Along {
+struct PlaceOnBeam {
     leg: vi_beam::Beam,
     at: f64,              // m, from the start of the beam
     start: f64,           // of the leg, m
@@ -72,7 +72,7 @@ impl SectionGauge {
                 let leg = leg.unwrap_or(last).clone();
                 let before = beam.legs.first()?.elements.start..leg.elements.start;
                 let place = SectionPlace::at(parts, &leg, own);
-                along = Some(Along { leg, at, start: at - own, before });
+                along = Some(PlaceOnBeam { leg, at, start: at - own, before });
                 place
             }
             (None, None) => return None,
@@ -111,7 +111,8 @@ impl SectionGauge {
     /// element.
     pub(crate) fn moved(
         &self,
-        (curves, loads): (&Curves<'_>, &[holonom_model::Load]),
+        curves: &Curves<'_>,
+        loads: &[holonom_model::Load],
         by: PlaceChange<'_>,
     ) -> Option<(SectionPlace<Dual64>, Vec<BeamLoad<Dual64>>)> {
         let own = self.along.as_ref()?;

@@ -17,7 +17,7 @@ use vi_multibody::joint_motion::JointMotion;
 
 /// The works of the parts of an element, a number each.
 #[derive(Clone, Debug)]
-pub(super) struct Work {
+pub(super) struct WorkOfParts {
     parts: Vec<WorkPart>,
 }
 
@@ -26,12 +26,12 @@ pub(super) struct Work {
 struct WorkPart {
     name: &'static str, // of a joint
     forces: String,
-    stored: Option<Stored>,
+    stored: Option<StoredOfPart>,
 }
 
 /// What a part stores, followed from step to step.
 #[derive(Clone, Debug)]
-struct Stored {
+struct StoredOfPart {
     potential: OwnPotential,
     idle: bool,
     followed: [f64; 2], // J  V at the last node, work up to it
@@ -63,7 +63,7 @@ impl OwnPotential {
     }
 }
 
-impl Work {
+impl WorkOfParts {
     /// Of a joint, spring, load, law or bushing; `None` when there is none of this name.
     pub(super) fn of(name: &str, from: &Finder<'_>) -> Option<Self> {
         let model = from.names.model;
@@ -128,7 +128,7 @@ impl Work {
         }
     }
 
-    fn stored(&mut self) -> impl Iterator<Item = &mut Stored> {
+    fn stored(&mut self) -> impl Iterator<Item = &mut StoredOfPart> {
         self.parts.iter_mut().filter_map(|part| part.stored.as_mut())
     }
 
@@ -144,7 +144,7 @@ impl Work {
         state
     }
 
-    /// Continues from [`Work::state`].
+    /// Continues from [`WorkOfParts::state`].
     pub(super) fn resume(&mut self, state: &[f64]) {
         let mut rest = state;
         for stored in self.stored() {
@@ -170,7 +170,7 @@ impl Work {
 impl WorkPart {
     fn new(name: &'static str, forces: String, potential: Option<OwnPotential>) -> Self {
         let stored =
-            potential.map(|potential| Stored { potential, idle: false, followed: [0.0; 2] });
+            potential.map(|potential| StoredOfPart { potential, idle: false, followed: [0.0; 2] });
         Self { name, forces, stored }
     }
 }

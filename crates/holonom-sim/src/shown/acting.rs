@@ -9,16 +9,16 @@
 //! Efforts of laws and bushings change with whatever they read; `τ_θ` is what the law states whose
 //! expressions are replaced by their derivatives. The efforts are those of [`crate::sensor`].
 
-use super::configuration::{Measured, Sensed};
+use super::configuration::{MeasuredNumber, Sensed};
 use super::{no_derivative, number_of};
 use crate::design::ModelTangent;
-use crate::sensor::{Effort, columns_of};
+use crate::sensor::{EffortSensor, columns_of};
 use crate::system::System;
 use crate::system::joint_drive::{ElementLaw, JointDrive};
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use std::ops::Range;
 use std::sync::Arc;
-use vi_control::node::{Curved, Node, NodeQuantity, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, NodeSlopes};
 use vi_control::objective::Quantity;
 use vi_core::discrete_lagrangian::DiscreteLagrangian as _;
 use vi_core::interval::Interval;
@@ -37,14 +37,14 @@ use vi_multibody::spring::{Damper, Spring};
 use vi_rigid::load::{Load, LoadChange};
 
 /// What acts along a coordinate.
-enum Acts {
+enum CoordinateAction {
     /// The elements of a joint of one kind.
     Elements(Vec<JointDrive>),
     /// A spring between points with its damper.
     Spring(Box<Spring>, Box<Damper>),
 }
 
-impl Acts {
+impl CoordinateAction {
     /// `τ` and its derivatives.
     fn effort(&self, t: f64, x: f64, rate: f64) -> (f64, EffortSlopes) {
         let mut sum = (0.0, EffortSlopes::default());
@@ -66,7 +66,7 @@ impl Acts {
     }
 }
 
-impl Acts {
+impl CoordinateAction {
     /// The second derivatives of `τ`.
     fn bends(&self, t: f64, x: f64, rate: f64) -> EffortBends {
         let mut sum = EffortBends::default();
@@ -102,7 +102,7 @@ fn with_tangent(spring: &Spring, change: Option<&SpringTangent>) -> Spring<Dual6
 struct AlongCoordinate {
     inputs: [Input; 2], // x, ẋ
     moved: Sensed,      // x, by parameters
-    acts: Acts,
+    acts: CoordinateAction,
     by: Vec<Vec<EffortTangent>>, // τ_θ, in the order of the parameters
     power: Option<f64>,          // σ
 }
@@ -170,12 +170,12 @@ impl NodeQuantity for AlongCoordinate {
             "spring" => matches!(own.law, ElementLaw::Force(_)),
             _ => false,
         };
-        matches!(&self.acts, Acts::Elements(all) if all.iter().any(moves))
+        matches!(&self.acts, CoordinateAction::Elements(all) if all.iter().any(moves))
     }
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.slopes(at.moving(v))[0]
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: NodeSlopes<'_>) {
         let [_, by_coordinate, by_rate] = self.slopes(node.at.moving(node.v));
         for (input, slope) in self.inputs.iter().zip([by_coordinate, by_rate]) {
             input.add_slopes(node, scale * slope, out.again());
@@ -193,7 +193,7 @@ impl NodeQuantity for AlongCoordinate {
 }
 
 /// A number of the efforts that a law or a bushing states.
-struct Stated {
+struct StatedEffort {
     forces: ForceElements,
     /// Of a bushing.
     name: Option<String>,
@@ -204,7 +204,7 @@ struct Stated {
     frames: Vec<Option<MovedFrames>>, // of a bushing
 }
 
-impl Stated {
+impl StatedEffort {
     fn of(&self, forces: &ForceElements, at: Motion<'_>) -> f64 {
         let at = with_signals(at.configuration(), &self.signals).moving(at.v);
         match &self.name {
@@ -218,7 +218,7 @@ impl Stated {
 }
 
 /// Of what reads no states: others have memory.
-impl Curved for Stated {
+impl Curved for StatedEffort {
     fn add_bend(
         &self,
         Node { at, v, .. }: Node<'_>,
@@ -239,7 +239,7 @@ impl Curved for Stated {
     }
 }
 
-impl NodeQuantity for Stated {
+impl NodeQuantity for StatedEffort {
     fn curved(&self) -> Option<&dyn Curved> {
         Some(self)
     }
@@ -249,7 +249,7 @@ impl NodeQuantity for Stated {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.of(&self.forces, at.moving(v))
     }
-    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let at = with_signals(at, &self.signals);
         let of_z = out.z.get_mut(self.signals.clone()).unwrap_or_default();
         let out = [out.q, out.v, of_z];
@@ -261,7 +261,7 @@ impl NodeQuantity for Stated {
             None => {
                 let law = self.forces.forces.iter().find(|own| own.efforts(at.moving(v)).is_some());
                 if let Some(own) = law {
-                    own.add_effort_slopes(at.moving(v), (self.part, scale), out);
+                    own.add_effort_slopes(at.moving(v), self.part, scale, out);
                 }
             }
         }
@@ -354,7 +354,7 @@ impl NodeQuantity for Supplied {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.forces.power(with_signals(at, &self.signals).moving(v), &mut Vec::new())
     }
-    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let at = with_signals(at, &self.signals);
         if let Some(of_z) = out.z.get_mut(self.signals.clone()) {
             let into = &mut Product { v, out: of_z };
@@ -434,7 +434,7 @@ fn by_frames(
     let Some(frames) = frames.get(parameter).and_then(Option::as_ref) else { return 0.0 };
     let [mut q, mut of_v] = [(); 2].map(|()| vec![0.0; at.q.len()]);
     let mut z = vec![0.0; at.internal.len()];
-    let out = Slopes { q: &mut q, v: &mut of_v, lambda: &mut [], a: &mut [], z: &mut z };
+    let out = NodeSlopes { q: &mut q, v: &mut of_v, lambda: &mut [], a: &mut [], z: &mut z };
     y.add_slopes(Node::moving(at), 1.0, out);
     frames.change([at.q, at.v], [&q, &of_v])
 }
@@ -471,21 +471,23 @@ pub(crate) fn of_sensor(
     let Some(effort) = system.sensors.effort(&sensor.name).cloned() else { return Ok(None) };
     let part = number_of(model, key, (sensor, part))?;
     Ok(match effort {
-        Effort::Joint(elements, _) => {
+        EffortSensor::Joint(elements, _) => {
             let name = &columns_of(model, sensor)[part].part;
             let power = is_power.then_some(1.0);
             let found = along_joint(model, system, (sensor, name), (elements, power), tangents);
             Some(Box::new(found.ok_or_else(|| no_derivative(key, sensor))?))
         }
-        Effort::Spring(spring, damper) => {
+        EffortSensor::Spring(spring, damper) => {
             let power = is_power.then_some(-1.0);
             let k = model.springs.iter().position(|own| own.name == sensor.of);
             let k = k.ok_or_else(|| no_derivative(key, sensor))?;
-            Some(Box::new(between_points((k, spring, damper), power, tangents)))
+            Some(Box::new(between_points(k, spring, damper, power, tangents)))
         }
-        Effort::Six(name, forces) => stated(system, (sensor, part), (forces, Some(name)), tangents),
-        Effort::Law(forces, _) => stated(system, (sensor, part), (forces, None), tangents),
-        Effort::Row(..) => None,
+        EffortSensor::Six(name, forces) => {
+            stated(system, sensor, part, forces, Some(name), tangents)
+        }
+        EffortSensor::Law(forces, _) => stated(system, sensor, part, forces, None, tangents),
+        EffortSensor::Row(..) => None,
     })
 }
 
@@ -499,8 +501,8 @@ fn along_joint(
 ) -> Option<AlongCoordinate> {
     let own: Vec<JointDrive> = elements.into_iter().filter(|own| own.part == part).collect();
     let freedom = own.first()?.freedom;
-    let moved = Measured::coordinate(model, &mut system.mechanism, &sensor.of, freedom)?;
-    let Measured::Joint { joint, coordinate, .. } = &moved else { return None };
+    let moved = MeasuredNumber::coordinate(model, &mut system.mechanism, &sensor.of, freedom)?;
+    let MeasuredNumber::Joint { joint, coordinate, .. } = &moved else { return None };
     let inputs = [Input::Coordinate((**coordinate).clone()), Input::Rate((**coordinate).clone())];
     let by = |own: &ModelTangent| -> Vec<EffortTangent> {
         let all = own.drives.iter().filter(|(of, name, _)| (of, *name) == (joint, part));
@@ -508,12 +510,14 @@ fn along_joint(
     };
     let by = tangents.iter().map(by).collect();
     let moved = Sensed::new(moved, &system.mechanism, &sensor.name, tangents);
-    Some(AlongCoordinate { inputs, moved, acts: Acts::Elements(own), by, power })
+    Some(AlongCoordinate { inputs, moved, acts: CoordinateAction::Elements(own), by, power })
 }
 
 /// Spring `k` between points.
 fn between_points(
-    (k, spring, damper): (usize, Box<Spring>, Box<Damper>),
+    k: usize,
+    spring: Box<Spring>,
+    damper: Box<Damper>,
     power: Option<f64>,
     tangents: &[ModelTangent],
 ) -> AlongCoordinate {
@@ -530,7 +534,7 @@ fn between_points(
     AlongCoordinate {
         inputs: [Input::Length(spring.between.clone()), Input::LengthRate(spring.between.clone())],
         moved: Sensed::between(spring.between.clone(), moved),
-        acts: Acts::Spring(spring, damper),
+        acts: CoordinateAction::Spring(spring, damper),
         by,
         power,
     }
@@ -539,13 +543,15 @@ fn between_points(
 /// A number of a law, or of the bushing of a name.
 fn stated(
     system: &System,
-    (sensor, part): (&Sensor, usize),
-    (forces, name): (Box<ForceElements>, Option<String>),
+    sensor: &Sensor,
+    part: usize,
+    forces: Box<ForceElements>,
+    name: Option<String>,
     tangents: &[ModelTangent],
 ) -> Option<Box<dyn NodeQuantity>> {
     let by = tangents.iter().map(|own| own.acting.only(&sensor.of)).collect();
     let moved = moved_along(&system.mechanism, &forces, tangents);
     let signals = system.dynamics.variational(&system.mechanism).places_of_signals();
     let frames = frames_of(&sensor.of, tangents);
-    Some(Box::new(Stated { forces: *forces, name, part, signals, by, moved, frames }))
+    Some(Box::new(StatedEffort { forces: *forces, name, part, signals, by, moved, frames }))
 }

@@ -11,7 +11,7 @@ use super::{Asked, OfNode};
 use crate::design::ModelTangent;
 use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
-use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, NodeReads, NodeSlopes};
 use vi_core::{Configuration, Motion};
 use vi_multibody::FrameId;
 use vi_multibody::form::Form;
@@ -20,14 +20,14 @@ use vi_multibody::law::Input;
 use vi_rigid::directors::FRAME;
 
 /// `B·Δω` or its rate.
-struct Turn {
+struct BallTurn {
     along: Form,                   // B
     by: Vec<Form>,                 // B_θ, in the order of the parameters
     spins: Vec<(f64, [Input; 3])>, // of the child, and of the parent with the sign −
     accelerates: bool,
 }
 
-impl Turn {
+impl BallTurn {
     fn spin(&self, at: Motion<'_>) -> Vector3<f64> {
         let own = |(sign, own): &(f64, [Input; 3])| {
             *sign * Vector3::from_fn(|k, _| own[k].value(Node::moving(at)))
@@ -40,7 +40,7 @@ impl Turn {
         for (sign, own) in &self.spins {
             for (own, weight) in own.iter().zip(weights) {
                 let [lambda, a, z] = [(); 3].map(|()| &mut [][..]);
-                let out = Slopes { q: &mut *of_q, v: &mut *of_v, lambda, a, z };
+                let out = NodeSlopes { q: &mut *of_q, v: &mut *of_v, lambda, a, z };
                 own.add_slopes(Node::moving(at), sign * weight, out);
             }
         }
@@ -58,11 +58,11 @@ impl Turn {
     }
 }
 
-impl NodeQuantity for Turn {
+impl NodeQuantity for BallTurn {
     fn value(&self, node: Node<'_>) -> f64 {
         self.with(&self.along, node)
     }
-    fn add_slopes(&self, Node { at, v, a, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, a, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let along = scale * self.along.at(at.q);
         if !self.accelerates {
             self.along.add_transposed(&(scale * self.spin(at.moving(v))), out.q);
@@ -76,8 +76,8 @@ impl NodeQuantity for Turn {
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
         self.by.get(parameter).map_or(0.0, |along| self.with(along, node))
     }
-    fn reads(&self) -> Reads {
-        Reads { accelerations: self.accelerates, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { accelerations: self.accelerates, ..NodeReads::default() }
     }
     fn curved(&self) -> Option<&dyn Curved> {
         (!self.accelerates).then_some(self as _)
@@ -85,7 +85,7 @@ impl NodeQuantity for Turn {
 }
 
 /// Of `B·Δω`, with `B` linear in `q` and `Δω` in `q` and in `v`.
-impl Curved for Turn {
+impl Curved for BallTurn {
     fn add_bend(
         &self,
         Node { at, v, .. }: Node<'_>,
@@ -127,7 +127,7 @@ pub(super) fn coordinate(asked: Asked<'_>) -> Result<Option<BallCoordinate>, Mod
     let joints = &asked.system.mechanism.description().joints;
     let found = joint_of(asked)?;
     let found = found.and_then(|(k, axis)| Some((k, axis?)));
-    Ok(found.map(|(k, axis)| BallCoordinate::new((&joints[k], k), axis, asked.tangents)))
+    Ok(found.map(|(k, axis)| BallCoordinate::new(&joints[k], k, axis, asked.tangents)))
 }
 
 /// What a sensor of such a joint shows; `None` of others.
@@ -152,7 +152,7 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
             let FrameId::Frame(frame) = end.frame else { return None };
             Some((sign, [0, 1, 2].map(|axis| Input::Spin(FRAME * frame, axis))))
         });
-    Ok(Some(Box::new(Turn {
+    Ok(Some(Box::new(BallTurn {
         along: joint.parent.axis(axis),
         by: tangents.iter().map(along).collect(),
         spins: spins.collect(),

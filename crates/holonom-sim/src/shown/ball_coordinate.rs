@@ -30,7 +30,7 @@ pub(crate) struct BallCoordinate {
 
 impl BallCoordinate {
     /// Number `part` of that of a joint, its place `k` in the mechanism.
-    pub(crate) fn new((joint, k): (&Joint, usize), part: usize, tangents: &[ModelTangent]) -> Self {
+    pub(crate) fn new(joint: &Joint, k: usize, part: usize, tangents: &[ModelTangent]) -> Self {
         let moved = |own: &ModelTangent| {
             let own = own.numbers.joints.get(&k);
             own.map(|own| [own.parent.axes, own.child.axes]).unwrap_or_default()
@@ -153,7 +153,7 @@ mod tests {
                 child: side(1, Vector3::new(0.1, -0.4, 0.2)),
             };
             for part in 0..3 {
-                let number = BallCoordinate::new((&joint, 0), part, &[]);
+                let number = BallCoordinate::new(&joint, 0, part, &[]);
                 let at = |q: &[f64]| number.value(Configuration::new(0.0, q));
                 assert!((at(&q) - turn[part]).abs() < 1e-14, "{size}: {}", at(&q));
                 let along: Vec<f64> = (0..24).map(|i| (i as f64).sin()).collect();

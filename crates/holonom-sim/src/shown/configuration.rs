@@ -8,11 +8,11 @@ use crate::sensor::ends_of;
 use crate::system::System;
 use holonom_model::{Model, ModelError, Sensor, SensorKind};
 use nalgebra::Vector3;
-use vi_control::identification::Reading;
-use vi_control::objective::{PointComponent, Quantity, Seen};
+use vi_control::identification::MeasuredReading;
+use vi_control::objective::{NotedNode, PointComponent, Quantity};
 use vi_core::{Configuration, Motion};
 use vi_multibody::design::MovedCoordinate;
-use vi_multibody::form::{Form, Row};
+use vi_multibody::form::{BilinearRow, Form};
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::law::Input;
 use vi_multibody::mechanism::{Attachment, Mechanism};
@@ -20,11 +20,11 @@ use vi_rigid::directors::FRAME;
 
 /// A number that a sensor measures.
 #[derive(Clone, Debug)]
-pub(crate) enum Measured {
+pub(crate) enum MeasuredNumber {
     /// A component of a point, m.
     Point(PointComponent),
     /// A component of a point along an axis of a body, from its centre of mass, m.
-    Seen(Row),
+    Seen(BilinearRow),
     /// From one point to another: their distance, m.
     Distance(Form),
     /// A joint coordinate, m or rad.
@@ -42,7 +42,7 @@ pub(crate) enum Measured {
     Ball(Box<BallCoordinate>),
 }
 
-impl Quantity for Measured {
+impl Quantity for MeasuredNumber {
     fn value(&self, at: Configuration<'_>) -> f64 {
         match self {
             Self::Point(own) => own.value(at),
@@ -86,14 +86,14 @@ impl Quantity for Measured {
             Self::Ball(own) => own.add_third(at, along, scale, out),
         }
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         if let Self::Orientation(own) = self {
             own.follow(node, seen);
         }
     }
 }
 
-impl Measured {
+impl MeasuredNumber {
     /// The number of a quaternion that a sensor shows; `None` where it measures another number.
     ///
     /// # Errors
@@ -130,17 +130,17 @@ impl Measured {
         mechanism: &mut Mechanism,
         key: &str,
         (sensor, part): (&Sensor, Option<&str>),
-    ) -> Result<(Self, Reading), ModelError> {
+    ) -> Result<(Self, MeasuredReading), ModelError> {
         let name = sensor.name.as_str();
         let own = match sensor.kind {
             SensorKind::Position | SensorKind::Velocity => {
-                let axis = component(key, (name, part), model.header.dimension)?;
+                let axis = component(key, name, part, model.header.dimension)?;
                 let point = point(model, mechanism, &sensor.of, sensor.point);
                 Ok(match &sensor.seen_from {
                     None => Self::Point(PointComponent { point, axis }),
                     Some(observer) => {
-                        let [left, right] = seen(model, mechanism, (point, axis), observer);
-                        Self::Seen(Row::product(left, right, 0.0))
+                        let [left, right] = seen(model, mechanism, point, axis, observer);
+                        Self::Seen(BilinearRow::product(left, right, 0.0))
                     }
                 })
             }
@@ -170,7 +170,8 @@ impl Measured {
 /// The component of a vector that a sensor shows.
 fn component(
     key: &str,
-    (name, part): (&str, Option<&str>),
+    name: &str,
+    part: Option<&str>,
     dimension: usize,
 ) -> Result<usize, ModelError> {
     let axis = part
@@ -196,10 +197,10 @@ pub(crate) fn spin(
     if sensor.kind != SensorKind::AngularVelocity {
         return Ok(None);
     }
-    let (of, axis) = (FRAME * frame, component(key, (&sensor.name, part), 3)?);
+    let (of, axis) = (FRAME * frame, component(key, &sensor.name, part, 3)?);
     let Some(observer) = &sensor.seen_from else { return Ok(Some(Input::Spin(of, axis))) };
     let Some(base) = model.frame(observer) else { return Ok(None) };
-    let [_, along] = seen(model, mechanism, (Form::constant(Vector3::zeros()), axis), observer);
+    let [_, along] = seen(model, mechanism, Form::constant(Vector3::zeros()), axis, observer);
     Ok(Some(Input::RelativeSpin { of, base: FRAME * base, along }))
 }
 
@@ -207,7 +208,8 @@ pub(crate) fn spin(
 fn seen(
     model: &Model,
     mechanism: &Mechanism,
-    (point_seen, axis): (Form, usize),
+    point_seen: Form,
+    axis: usize,
     observer: &str,
 ) -> [Form; 2] {
     let mut along = [0.0; 3];
@@ -243,13 +245,13 @@ pub(crate) fn point(
 /// What a sensor measures, and how it depends on the parameters of a model beside `q`.
 #[derive(Clone, Debug)]
 pub(crate) struct Sensed {
-    of: Measured,
-    by: Vec<Change>, // in the order of the parameters
+    of: MeasuredNumber,
+    by: Vec<QuantityChange>, // in the order of the parameters
 }
 
 /// How a quantity changes with a parameter.
 #[derive(Clone, Debug)]
-enum Change {
+enum QuantityChange {
     /// It does not.
     None,
     /// The change of its point, or of the line between its points.
@@ -260,20 +262,21 @@ enum Change {
 
 impl Sensed {
     /// What no parameter changes at a configuration.
-    pub(crate) fn still(of: Measured) -> Self {
+    pub(crate) fn still(of: MeasuredNumber) -> Self {
         Self { of, by: Vec::new() }
     }
 
     /// The distance along `D`, which parameters change so.
     pub(crate) fn between(of: Form, changes: impl Iterator<Item = Option<Form>>) -> Self {
-        let by = changes.map(|own| own.map_or(Change::None, Change::Form)).collect();
-        Self { of: Measured::Distance(of), by }
+        let by =
+            changes.map(|own| own.map_or(QuantityChange::None, QuantityChange::Form)).collect();
+        Self { of: MeasuredNumber::Distance(of), by }
     }
 
     /// The joint and which of its coordinates it is; `None` of others.
     pub(crate) fn joint(&self) -> Option<(usize, usize)> {
         match self.of {
-            Measured::Joint { joint, freedom, .. } => Some((joint, freedom)),
+            MeasuredNumber::Joint { joint, freedom, .. } => Some((joint, freedom)),
             _ => None,
         }
     }
@@ -281,25 +284,28 @@ impl Sensed {
     /// From one point to another, where it is their distance.
     pub(crate) fn between_points(&self) -> Option<&Form> {
         match &self.of {
-            Measured::Distance(between) => Some(between),
+            MeasuredNumber::Distance(between) => Some(between),
             _ => None,
         }
     }
 
     /// Of a sensor, by its name or that of one of its numbers.
     pub(crate) fn new(
-        of: Measured,
+        of: MeasuredNumber,
         mechanism: &Mechanism,
         text: &str,
         tangents: &[ModelTangent],
     ) -> Self {
         let (name, _) = split(text);
         let change = |own: &ModelTangent| match &of {
-            Measured::Joint { coordinate, .. } => {
+            MeasuredNumber::Joint { coordinate, .. } => {
                 MovedCoordinate::of(mechanism, &own.numbers, coordinate)
-                    .map_or(Change::None, |own| Change::Joint(Box::new(own)))
+                    .map_or(QuantityChange::None, |own| QuantityChange::Joint(Box::new(own)))
             }
-            _ => own.sensors.get(name).map_or(Change::None, |form| Change::Form(form.clone())),
+            _ => own
+                .sensors
+                .get(name)
+                .map_or(QuantityChange::None, |form| QuantityChange::Form(form.clone())),
         };
         let by = tangents.iter().map(change).collect();
         Self { of, by }
@@ -320,20 +326,22 @@ impl Quantity for Sensed {
         self.of.add_third(at, along, scale, out);
     }
     fn is_continued(&self) -> bool {
-        matches!(self.of, Measured::Orientation(_))
+        matches!(self.of, MeasuredNumber::Orientation(_))
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.of.follow(node, seen);
     }
     fn by_parameter(&self, parameter: usize, at: Configuration<'_>) -> f64 {
         match (self.by.get(parameter), &self.of) {
-            (_, Measured::Ball(own)) => own.by_parameter(parameter, at),
-            (Some(Change::Joint(own)), _) => own.by(at.q),
-            (Some(Change::Form(change)), Measured::Point(own)) => change.at(at.q)[own.axis],
-            (Some(Change::Form(change)), Measured::Seen(own)) => {
+            (_, MeasuredNumber::Ball(own)) => own.by_parameter(parameter, at),
+            (Some(QuantityChange::Joint(own)), _) => own.by(at.q),
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Point(own)) => {
+                change.at(at.q)[own.axis]
+            }
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Seen(own)) => {
                 change.at(at.q).dot(&own.b.at(at.q))
             }
-            (Some(Change::Form(change)), Measured::Distance(between)) => {
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Distance(between)) => {
                 let line = between.at(at.q);
                 line.dot(&change.at(at.q)) / line.norm()
             }
@@ -342,14 +350,16 @@ impl Quantity for Sensed {
     }
     fn rate_by_parameter(&self, parameter: usize, at: Motion<'_>) -> f64 {
         match (self.by.get(parameter), &self.of) {
-            (_, Measured::Ball(own)) => own.rate_by_parameter(parameter, at),
-            (Some(Change::Joint(own)), _) => own.rate_by(at.q, at.v),
-            (Some(Change::Form(change)), Measured::Point(own)) => change.rate(at.v)[own.axis],
-            (Some(Change::Form(change)), Measured::Seen(own)) => {
+            (_, MeasuredNumber::Ball(own)) => own.rate_by_parameter(parameter, at),
+            (Some(QuantityChange::Joint(own)), _) => own.rate_by(at.q, at.v),
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Point(own)) => {
+                change.rate(at.v)[own.axis]
+            }
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Seen(own)) => {
                 let [axis, turning] = [own.b.at(at.q), own.b.rate(at.v)];
                 change.rate(at.v).dot(&axis) + change.at(at.q).dot(&turning)
             }
-            (Some(Change::Form(change)), Measured::Distance(between)) => {
+            (Some(QuantityChange::Form(change)), MeasuredNumber::Distance(between)) => {
                 let (line, rate) = (between.at(at.q), between.rate(at.v));
                 let (moved, length) = (change.at(at.q), line.norm());
                 let along = line / length;

@@ -14,7 +14,7 @@ use crate::system::contact_origin::ContactOrigin;
 use holonom_model::{ModelError, SensorKind};
 use nalgebra::Vector3;
 use std::sync::Arc;
-use vi_control::node::{Node, NodeQuantity, Slopes};
+use vi_control::node::{Node, NodeQuantity, NodeSlopes};
 use vi_multibody::contact::compliant_change::CompliantChange;
 use vi_multibody::contact::compliant_contact::CompliantContact;
 
@@ -22,18 +22,18 @@ use vi_multibody::contact::compliant_contact::CompliantContact;
 struct Pressed {
     own: Vec<(Arc<CompliantContact>, f64)>, // with signs
     axis: usize,
-    by: Changes,
+    by: ContactChanges,
 }
 
 /// Of which of the contacts they are, in the order of the parameters.
-type Changes = Vec<Vec<(usize, CompliantChange)>>;
+type ContactChanges = Vec<Vec<(usize, CompliantChange)>>;
 
 impl NodeQuantity for Pressed {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         let one = |(own, sign): &(Arc<CompliantContact>, f64)| own.total_force(at.q, v) * *sign;
         self.own.iter().map(one).sum::<Vector3<f64>>()[self.axis]
     }
-    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, v, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         for (own, sign) in &self.own {
             let direction = Vector3::ith(self.axis, scale * sign);
             own.add_force_slopes([at.q, v], &direction, [&mut *out.q, &mut *out.v]);
@@ -50,7 +50,7 @@ impl NodeQuantity for Pressed {
 /// The smallest gap of some contacts.
 struct Gap {
     own: Vec<Arc<CompliantContact>>,
-    by: Changes,
+    by: ContactChanges,
 }
 
 impl Gap {
@@ -66,7 +66,7 @@ impl NodeQuantity for Gap {
     fn value(&self, Node { at, .. }: Node<'_>) -> f64 {
         self.smallest(at.q).map_or(f64::NAN, |(_, gap)| gap)
     }
-    fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         if let Some((k, _)) = self.smallest(at.q) {
             self.own[k].add_gap_slope(at.q, scale, out.q);
         }
@@ -121,7 +121,7 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
 }
 
 /// What parameters change of the contacts of a sensor, `place`: of one of the system among these.
-fn changes(tangents: &[ModelTangent], place: impl Fn(usize) -> Option<usize>) -> Changes {
+fn changes(tangents: &[ModelTangent], place: impl Fn(usize) -> Option<usize>) -> ContactChanges {
     let one = |(k, by): &(usize, CompliantChange)| Some((place(*k)?, by.clone()));
     tangents.iter().map(|own| own.contacts.iter().filter_map(one).collect()).collect()
 }

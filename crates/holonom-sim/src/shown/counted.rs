@@ -2,10 +2,10 @@
 
 use super::named;
 use holonom_model::{Model, ModelError, Objective, ObjectiveKind, Sensor};
-use vi_control::objective::Judged;
+use vi_control::objective::NumberCost;
 
 /// What an objective counts; controls by their places.
-pub(crate) enum Counted<'a> {
+pub(crate) enum CountedTerm<'a> {
     /// `½ Σ h w²`.
     Effort(Vec<usize>),
     /// `Σ w Δθ`.
@@ -23,11 +23,11 @@ pub(crate) enum Counted<'a> {
         /// The sensor, and which of its numbers.
         of: (&'a Sensor, Option<&'a str>),
         /// What of it costs.
-        judged: Judged,
+        judged: NumberCost,
     },
 }
 
-impl<'a> Counted<'a> {
+impl<'a> CountedTerm<'a> {
     /// Of an objective of a model.
     ///
     /// # Errors
@@ -45,8 +45,8 @@ impl<'a> Counted<'a> {
                 let key = format!("objective.{}.sensor", own.name);
                 let of = named(model, &key, own.sensor.as_deref().unwrap_or_default())?;
                 let judged = match own.kind {
-                    ObjectiveKind::Value => Judged::Itself,
-                    _ => Judged::Deviation(own.target),
+                    ObjectiveKind::Value => NumberCost::Itself,
+                    _ => NumberCost::Deviation(own.target),
                 };
                 Self::Sensor { key, of, judged }
             }

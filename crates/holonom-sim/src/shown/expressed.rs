@@ -9,18 +9,18 @@ use super::configuration::Sensed;
 use super::{Shown, jumps, signal};
 use crate::design::{ModelTangent, refused};
 use crate::system::System;
-use holonom_model::expression::Program;
-use holonom_model::{Model, ModelError, Observed, Part, Quantities, Reading, Sensor};
+use holonom_model::expression::ExpressionProgram;
+use holonom_model::{Model, ModelError, NodeReading, Observed, Quantities, Sensor, SensorPart};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_control::identification::Reading as Rate;
-use vi_control::node::{Curved, Node, NodeQuantity, RateOf, Reads, Slopes};
-use vi_control::objective::{Quantity, Seen};
+use vi_control::identification::MeasuredReading as Rate;
+use vi_control::node::{Curved, Node, NodeQuantity, NodeReads, NodeSlopes, RateOf};
+use vi_control::objective::{NotedNode, Quantity};
 use vi_core::Configuration;
 use vi_core::linear::dot;
 
 /// An expression with what it reads.
 struct Evaluated {
-    program: Program,
+    program: ExpressionProgram,
     inputs: Vec<Box<dyn NodeQuantity>>,
 }
 
@@ -37,7 +37,7 @@ impl NodeQuantity for ValueOf {
     fn value(&self, node: Node<'_>) -> f64 {
         self.0.value(node.at)
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         self.0.add_slope(node.at, scale, out.q);
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
@@ -46,7 +46,7 @@ impl NodeQuantity for ValueOf {
     fn curved(&self) -> Option<&dyn Curved> {
         Some(self)
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.0.follow(node, seen);
     }
 }
@@ -90,7 +90,7 @@ impl NodeQuantity for Expressed {
     fn value(&self, node: Node<'_>) -> f64 {
         self.own.value(node)
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: NodeSlopes<'_>) {
         for (slope, input) in self.own.slopes(node).into_iter().zip(&self.own.inputs) {
             input.add_slopes(node, scale * slope, out.again());
         }
@@ -101,8 +101,8 @@ impl NodeQuantity for Expressed {
         let stated = self.by.get(parameter).and_then(Option::as_ref);
         moved + stated.map_or(0.0, |own| own.value(node))
     }
-    fn reads(&self) -> Reads {
-        self.inputs().fold(Reads::default(), |all, own| all.or(own.reads()))
+    fn reads(&self) -> NodeReads {
+        self.inputs().fold(NodeReads::default(), |all, own| all.or(own.reads()))
     }
     fn reads_time(&self) -> bool {
         let of_own = |own: &Evaluated| own.program.reads(0);
@@ -111,7 +111,7 @@ impl NodeQuantity for Expressed {
     fn curved(&self) -> Option<&dyn Curved> {
         self.own.inputs.iter().all(|input| input.curved().is_some()).then_some(self as _)
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         self.inputs().for_each(|input| input.follow(node, seen));
     }
 }
@@ -177,7 +177,7 @@ impl Expressed {
 }
 
 fn evaluated(
-    of_run: (&Model, &IndependentRows),
+    (model, rows): (&Model, &IndependentRows),
     system: &mut System,
     key: &str,
     observed: Observed,
@@ -187,18 +187,18 @@ fn evaluated(
     let mut inputs: Vec<Box<dyn NodeQuantity>> = Vec::new();
     for reading in readings {
         let (sensor, part) = match reading {
-            Reading::Sensor(sensor, part) => (sensor, part),
-            Reading::Signal(name) => {
+            NodeReading::Sensor(sensor, part) => (sensor, part),
+            NodeReading::Signal(name) => {
                 inputs.push(signal::of_signal(system, key, &name, tangents)?);
                 continue;
             }
         };
         let part = match part {
-            Part::Number(number) => Some(number.to_string()),
-            Part::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
+            SensorPart::Number(number) => Some(number.to_string()),
+            SensorPart::Heading(heading) => Some(heading).filter(|own| !own.is_empty()),
         };
         let of = (&*sensor, part.as_deref());
-        inputs.push(match Shown::of(of_run, system, key, of, tangents)? {
+        inputs.push(match Shown::of((model, rows), system, key, of, tangents)? {
             Shown::Configuration(own, Rate::Value) => Box::new(ValueOf(own)),
             Shown::Configuration(own, Rate::Rate) => Box::new(RateOf(own)),
             Shown::Node(own) => own,

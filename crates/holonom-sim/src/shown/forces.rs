@@ -17,11 +17,11 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_constraints::design::Design;
 use vi_constraints::saddle_point::IndependentRows;
-use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
-use vi_control::terminal_rate::{AddedMasses, Level};
+use vi_control::node::{Curved, Node, NodeQuantity, NodeReads, NodeSlopes};
+use vi_control::terminal_rate::{AccelerationLevel, AddedMasses};
 use vi_core::linear::dot;
 use vi_core::{Configuration, MechanicalSystem as _};
-use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, Rows};
+use vi_multibody::design::reaction::{Axes, ForceNumber, MovedForce, ReactionRows};
 use vi_multibody::design::{CoordinateAcceleration, MovedCoordinate};
 use vi_multibody::form::Form;
 use vi_multibody::law::Input;
@@ -32,17 +32,17 @@ use vi_multibody::scalar_constraint::ScalarRow;
 use vi_rigid::directors::FRAME;
 
 /// A number that follows from the multipliers of a node.
-struct Transmitted {
+struct TransmittedNumber {
     mechanism: Arc<Mechanism>,
     number: ForceNumber,
     by: Vec<MovedForce>, // in the order of the parameters
 }
 
-impl NodeQuantity for Transmitted {
+impl NodeQuantity for TransmittedNumber {
     fn value(&self, node: Node<'_>) -> f64 {
         self.number.value(&self.mechanism, node.at.q, node.lambda)
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let slopes = [out.q, out.lambda];
         self.number.add_slopes(&self.mechanism, node.at.q, node.lambda, scale, slopes);
     }
@@ -51,8 +51,8 @@ impl NodeQuantity for Transmitted {
             self.number.by_parameter(&self.mechanism, moved, node.at, node.lambda)
         })
     }
-    fn reads(&self) -> Reads {
-        Reads { forces: true, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { forces: true, ..NodeReads::default() }
     }
     fn reads_velocity(&self) -> bool {
         false
@@ -71,7 +71,7 @@ impl NodeQuantity for Felt {
     fn value(&self, node: Node<'_>) -> f64 {
         self.along.at(node.at.q).dot(&(self.point.rate(node.a) - self.gravity))
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let felt = self.point.rate(node.a) - self.gravity;
         self.along.add_transposed(&(scale * felt), out.q);
         self.point.add_transposed(&(scale * self.along.at(node.at.q)), out.a);
@@ -80,8 +80,8 @@ impl NodeQuantity for Felt {
         let own = self.by.get(parameter).map(|(point, gravity)| point.rate(node.a) - gravity);
         own.map_or(0.0, |own| self.along.at(node.at.q).dot(&own))
     }
-    fn reads(&self) -> Reads {
-        Reads { accelerations: true, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { accelerations: true, ..NodeReads::default() }
     }
 }
 
@@ -96,7 +96,7 @@ impl NodeQuantity for Gyro {
         let along = self.along.at(node.at.q);
         (0..3).map(|k| along[k] * self.spins[k].value(node)).sum()
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: NodeSlopes<'_>) {
         let along = self.along.at(node.at.q);
         let spin = Vector3::from_fn(|k, _| self.spins[k].value(node));
         self.along.add_transposed(&(scale * spin), out.q);
@@ -139,18 +139,18 @@ impl Curved for Gyro {
 
 /// A component of an angular acceleration: that of an angular velocity with `a` in the place of
 /// `v̂`.
-struct Turning(Input);
+struct AngularAcceleration(Input);
 
-impl NodeQuantity for Turning {
+impl NodeQuantity for AngularAcceleration {
     fn value(&self, node: Node<'_>) -> f64 {
         self.0.value(Node::moving(node.at.moving(node.a)))
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
-        let out = Slopes { v: out.a, a: &mut [], ..out };
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
+        let out = NodeSlopes { v: out.a, a: &mut [], ..out };
         self.0.add_slopes(Node::moving(node.at.moving(node.a)), scale, out);
     }
-    fn reads(&self) -> Reads {
-        Reads { accelerations: true, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { accelerations: true, ..NodeReads::default() }
     }
 }
 
@@ -164,15 +164,15 @@ impl NodeQuantity for JointTurning {
     fn value(&self, node: Node<'_>) -> f64 {
         self.own.value([node.at.q, node.v, node.a])
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         self.own.add_slopes([node.at.q, node.v, node.a], scale, [out.q, out.v, out.a]);
     }
     fn by_parameter(&self, parameter: usize, node: Node<'_>) -> f64 {
         let moved = self.by.get(parameter).and_then(Option::as_ref);
         moved.map_or(0.0, |moved| self.own.by_parameter(moved, [node.at.q, node.v, node.a]))
     }
-    fn reads(&self) -> Reads {
-        Reads { accelerations: true, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { accelerations: true, ..NodeReads::default() }
     }
 }
 
@@ -185,7 +185,7 @@ pub(crate) fn of_sensor(asked: Asked<'_>, rows: &IndependentRows) -> OfNode {
     let sensor = of.0;
     let Some(number) = number(model, system, key, of)? else { return accelerated(asked) };
     let mechanism = &system.mechanism;
-    if !is_unique((mechanism, rows), &number) {
+    if !is_unique(mechanism, rows, &number) {
         let what = format!(
             "the derivative of the sensor `{}`, which a redundant loop does not determine",
             sensor.name
@@ -197,7 +197,7 @@ pub(crate) fn of_sensor(asked: Asked<'_>, rows: &IndependentRows) -> OfNode {
     let by = moved.collect::<Result<_, _>>();
     let by = by.map_err(|error| refused(key, error.to_string(), "leave the parameter out"))?;
     let mechanism = Arc::new(mechanism.clone());
-    Ok(Some(Box::new(Transmitted { mechanism, number, by })))
+    Ok(Some(Box::new(TransmittedNumber { mechanism, number, by })))
 }
 
 /// The number of accelerations that a sensor shows.
@@ -222,7 +222,7 @@ fn accelerated(asked: Asked<'_>) -> OfNode {
     let spin = |axis| model.frame(&sensor.of).map(|frame| Input::Spin(FRAME * frame, axis));
     if is_turning {
         let spin = spin(part).ok_or_else(|| asked.refused())?;
-        return Ok(Some(Box::new(Turning(spin))));
+        return Ok(Some(Box::new(AngularAcceleration(spin))));
     }
     let along = match is_imu {
         false => Form::constant(Vector3::ith(part, 1.0)),
@@ -254,7 +254,10 @@ fn accelerated(asked: Asked<'_>) -> OfNode {
 ///
 /// # Errors
 /// [`ModelError`] where it has no derivative.
-pub(crate) fn level(system: &System, tangents: &[ModelTangent]) -> Result<Level, ModelError> {
+pub(crate) fn level(
+    system: &System,
+    tangents: &[ModelTangent],
+) -> Result<AccelerationLevel, ModelError> {
     let System { mechanism, dynamics, .. } = system;
     let mass = dynamics.parts.mass_matrix(mechanism);
     let design: Option<Arc<dyn Design + Send + Sync>> = match tangents {
@@ -262,7 +265,7 @@ pub(crate) fn level(system: &System, tangents: &[ModelTangent]) -> Result<Level,
         tangents => Some(Arc::new(mechanism_design(system, &mass, tangents)?)),
     };
     let rests = system.stands;
-    Ok(Level { system: Arc::new(dynamics.variational(mechanism)), design, rests })
+    Ok(AccelerationLevel { system: Arc::new(dynamics.variational(mechanism)), design, rests })
 }
 
 /// The system of a run whose steps add to the masses, where velocities are read.
@@ -303,11 +306,11 @@ fn number(
             Some(ScalarRow::Product(distance)) => distance.target.sqrt(), // l, c = l²
             _ => -1.0,
         };
-        return Ok(Some(ForceNumber::Rows { rows, factor, of: Rows::Scalar(k) }));
+        return Ok(Some(ForceNumber::Rows { rows, factor, of: ReactionRows::Scalar(k) }));
     }
     if let Some(k) = description.bars.iter().position(|own| own.name == of) {
         let (rows, factor) = (system.mechanism.bar_rows(k), description.bars[k].length);
-        return Ok(Some(ForceNumber::Rows { rows, factor, of: Rows::Bar(k) }));
+        return Ok(Some(ForceNumber::Rows { rows, factor, of: ReactionRows::Bar(k) }));
     }
     let held = model.constraints.iter().find(|own| own.name() == of && own.carries_a_body());
     if let (Some(Constraint::Rolling { body, .. } | Constraint::Blade { body, .. }), Some(scalar)) =
@@ -327,7 +330,7 @@ fn number(
 }
 
 /// Whether such a number is determined at the initial configuration.
-fn is_unique((mechanism, rows): (&Mechanism, &IndependentRows), number: &ForceNumber) -> bool {
+fn is_unique(mechanism: &Mechanism, rows: &IndependentRows, number: &ForceNumber) -> bool {
     let q = mechanism.initial_configuration();
     let at = Configuration::new(0.0, &q);
     let mut observer = ReactionObserver::new(mechanism);
@@ -343,7 +346,7 @@ fn is_unique((mechanism, rows): (&Mechanism, &IndependentRows), number: &ForceNu
             reaction.unique[*part]
         }
         ForceNumber::Carried { scalar, axis, .. } => found.scalar_force(*scalar).1[*axis],
-        ForceNumber::Rows { of: Rows::Bar(k), .. } => found.bar(*k).unique,
+        ForceNumber::Rows { of: ReactionRows::Bar(k), .. } => found.bar(*k).unique,
         ForceNumber::Rows { rows, .. } => found.scalar_row(rows.start).unique,
     }
 }

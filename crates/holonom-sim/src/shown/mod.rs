@@ -32,13 +32,13 @@ mod signal;
 pub(crate) mod work;
 
 use crate::design::{ModelTangent, refused};
-use crate::sensor::{Column, columns_of, observed};
+use crate::sensor::{SensorColumn, columns_of, observed};
 use crate::system::System;
-use configuration::{Measured, Sensed, spin};
+use configuration::{MeasuredNumber, Sensed, spin};
 use expressed::Expressed;
-use holonom_model::{Model, ModelError, Reading, Sensor, SensorKind};
+use holonom_model::{Model, ModelError, NodeReading, Sensor, SensorKind};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_control::identification::Reading as Rate;
+use vi_control::identification::MeasuredReading as Rate;
 use vi_control::node::NodeQuantity;
 
 /// What a sensor shows, with its derivative.
@@ -82,15 +82,15 @@ impl Shown {
         if let Some(own) = forces::of_sensor(asked, of_run.1)? {
             return Ok(Self::Node(own));
         }
-        if let Some(own) = Measured::orientation(model, system, key, of)? {
+        if let Some(own) = MeasuredNumber::orientation(model, system, key, of)? {
             return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
         }
         if let Some(own) = ball::coordinate(asked)? {
-            let own = Measured::Ball(Box::new(own));
+            let own = MeasuredNumber::Ball(Box::new(own));
             return Ok(Self::Configuration(Sensed::still(own), Rate::Value));
         }
         let mechanism = &mut system.mechanism;
-        let (measured, rate) = Measured::of_sensor(model, mechanism, key, of)?;
+        let (measured, rate) = MeasuredNumber::of_sensor(model, mechanism, key, of)?;
         let sensed = Sensed::new(measured, mechanism, &sensor.name, tangents);
         Ok(Self::Configuration(sensed, rate))
     }
@@ -128,8 +128,8 @@ pub(crate) fn sensors_read(model: &Model, name: &str) -> Vec<Sensor> {
     let own = sensor.and_then(|own| observed(model, own));
     let readings = own.map_or_else(Vec::new, |own| own.readings);
     let sensor = |reading| match reading {
-        Reading::Sensor(sensor, _) => Some(*sensor),
-        Reading::Signal(_) => None,
+        NodeReading::Sensor(sensor, _) => Some(*sensor),
+        NodeReading::Signal(_) => None,
     };
     readings.into_iter().filter_map(sensor).collect()
 }
@@ -165,7 +165,7 @@ pub(crate) fn number_of(
     };
     let found = found.filter(|k| columns.get(*k).is_some_and(|own| !own.is_flag()));
     found.ok_or_else(|| {
-        let numbers = columns.iter().filter(|own| !own.is_flag()).map(Column::name);
+        let numbers = columns.iter().filter(|own| !own.is_flag()).map(SensorColumn::name);
         let what = format!("the sensor `{}`, which is several numbers", sensor.name);
         let help = format!("write one of them: {}", numbers.collect::<Vec<_>>().join(", "));
         refused(key, what, help)

@@ -8,7 +8,7 @@
 use crate::sensor::{Attitude, sign};
 use nalgebra::Quaternion;
 use std::sync::{Arc, Mutex, PoisonError};
-use vi_control::objective::{Quantity, Seen};
+use vi_control::objective::{NotedNode, Quantity};
 use vi_core::num_dual::{Dual64, HyperDual64, HyperHyperDual64};
 use vi_core::{Configuration, Motion, Number};
 use vi_rigid::directors::FRAME;
@@ -18,17 +18,17 @@ use vi_rigid::directors::FRAME;
 pub(crate) struct Turned {
     attitude: Attitude,
     part: usize, // of w, x, y, z
-    followed: Arc<Mutex<Followed>>,
+    followed: Arc<Mutex<FollowedSigns>>,
 }
 
 /// The signs that a quaternion has along a motion.
 #[derive(Debug, Default)]
-struct Followed {
+struct FollowedSigns {
     last: Quaternion<f64>,
     changes: Vec<(f64, f64)>, // from which time on, s, and which sign
 }
 
-impl Followed {
+impl FollowedSigns {
     /// That at a node, of the time `t`; where none was followed, of `w ≥ 0`.
     fn at(&self, t: f64, own: &Quaternion<f64>) -> f64 {
         let known = self.changes.iter().rev().find(|(from, _)| *from <= t);
@@ -82,11 +82,11 @@ impl Quantity for Turned {
             out[k] += scale * self.number(at, &along).eps1eps2eps3;
         });
     }
-    fn follow(&self, node: Configuration<'_>, seen: Seen) {
+    fn follow(&self, node: Configuration<'_>, seen: NotedNode) {
         let own = self.attitude.quaternion(&|i| node.q[i]);
-        let Followed { last, changes } =
+        let FollowedSigns { last, changes } =
             &mut *self.followed.lock().unwrap_or_else(PoisonError::into_inner);
-        if seen == Seen::First {
+        if seen == NotedNode::First {
             (*last, *changes) = (Quaternion::identity(), Vec::new());
         }
         let sign = sign(&own, last);

@@ -16,26 +16,26 @@ use nalgebra::Vector3;
 use std::sync::Arc;
 use vi_beam::design::ElementsTangent;
 use vi_beam::section_force::{BeamLoad, SectionPlace};
-use vi_beam::section_slopes::{Moved, SectionChange};
-use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_beam::section_slopes::{MovedPlace, SectionChange};
+use vi_control::node::{Node, NodeQuantity, NodeReads, NodeSlopes};
 use vi_core::num_dual::Dual64;
 
 /// One of six numbers of a section.
-struct Section {
+struct SectionNumber {
     gauge: SectionGauge,
     part: usize,
-    by: Vec<Changed>, // in the order of the parameters
+    by: Vec<ChangedSection>, // in the order of the parameters
 }
 
 /// What a parameter changes of a section.
-struct Changed {
+struct ChangedSection {
     elements: Option<Arc<ElementsTangent>>,
     gravity: Vector3<f64>,
     loads: Vec<BeamLoad>,
     moved: Option<(SectionPlace<Dual64>, Vec<BeamLoad<Dual64>>)>,
 }
 
-impl Changed {
+impl ChangedSection {
     /// # Errors
     /// [`ModelError`] where the place passes one at which there is a jump or a kink.
     fn of(
@@ -47,7 +47,7 @@ impl Changed {
         let at = own.along.sensors.get(name).copied().unwrap_or_default();
         let by = PlaceChange { at, loads: &own.along.loads, longer: &longer };
         let moves = own.elements.is_some() || at != 0.0 || !own.along.loads.is_empty();
-        let moved = moves.then(|| gauge.moved((curves, &model.loads), by)).flatten();
+        let moved = moves.then(|| gauge.moved(curves, &model.loads, by)).flatten();
         if moved.as_ref().is_some_and(|(place, loads)| place.passes(loads)) {
             let what = format!(
                 "the derivative by `{}`, with which its place passes a node or a load: a jump",
@@ -70,9 +70,9 @@ impl Changed {
     }
 }
 
-impl Section {
+impl SectionNumber {
     /// The derivative along a change of coordinates and accelerations, and by a parameter.
-    fn along(&self, node: Node<'_>, [dq, da]: [&[f64]; 2], by: Option<&Changed>) -> f64 {
+    fn along(&self, node: Node<'_>, [dq, da]: [&[f64]; 2], by: Option<&ChangedSection>) -> f64 {
         let SectionGauge { parts, place, strains, .. } = &self.gauge;
         let change = SectionChange {
             position: dq,
@@ -82,7 +82,7 @@ impl Section {
             loads: by.map_or(&[], |own| &own.loads),
             moved: by
                 .and_then(|own| own.moved.as_ref())
-                .map(|(place, loads)| Moved { place, loads }),
+                .map(|(place, loads)| MovedPlace { place, loads }),
         };
         let acting = self.gauge.acting(node.at.t, node.a);
         let [strain, stress] = place.change(parts, node.at.q, &acting, &change);
@@ -90,11 +90,11 @@ impl Section {
     }
 }
 
-impl NodeQuantity for Section {
+impl NodeQuantity for SectionNumber {
     fn value(&self, Node { at, a, .. }: Node<'_>) -> f64 {
         self.gauge.numbers(at.t, at.q, a)[self.part]
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         let (zero, mut unit) = (vec![0.0; node.at.q.len()], vec![0.0; node.at.q.len()]);
         let accelerates = self.gauge.needs_acceleration() && !out.a.is_empty();
         for i in self.gauge.place.coordinates(&self.gauge.parts) {
@@ -110,8 +110,8 @@ impl NodeQuantity for Section {
         let along = |own| self.along(node, [&vec![0.0; node.at.q.len()], &[]], Some(own));
         self.by.get(parameter).filter(|own| !own.is_empty()).map_or(0.0, along)
     }
-    fn reads(&self) -> Reads {
-        Reads { accelerations: self.gauge.needs_acceleration(), ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { accelerations: self.gauge.needs_acceleration(), ..NodeReads::default() }
     }
     fn reads_velocity(&self) -> bool {
         false
@@ -133,6 +133,7 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
     let Some(gauge) = system.sensors.section(&sensor.name).cloned() else { return Ok(None) };
     let (part, curves) = (asked.number()?, Curves::new(model));
     let of = (model, &curves, sensor.name.as_str());
-    let by = tangents.iter().map(|own| Changed::of(own, &gauge, of)).collect::<Result<_, _>>()?;
-    Ok(Some(Box::new(Section { gauge, part, by })))
+    let by =
+        tangents.iter().map(|own| ChangedSection::of(own, &gauge, of)).collect::<Result<_, _>>()?;
+    Ok(Some(Box::new(SectionNumber { gauge, part, by })))
 }

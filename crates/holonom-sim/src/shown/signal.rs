@@ -8,11 +8,11 @@
 
 use crate::design::{ModelTangent, refused};
 use crate::system::System;
-use crate::system::signal::network::Source;
+use crate::system::signal::network::NumberSource;
 use crate::system::signal::output::SignalGauge;
 use holonom_model::ModelError;
 use std::ops::Range;
-use vi_control::node::{Curved, Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Curved, Node, NodeQuantity, NodeReads, NodeSlopes};
 use vi_core::Configuration;
 use vi_core::linear::dot;
 use vi_multibody::design::MovedCoordinate;
@@ -20,7 +20,7 @@ use vi_multibody::design::MovedCoordinate;
 /// A number of a signal.
 struct SignalNumber {
     gauge: SignalGauge,
-    source: Source,
+    source: NumberSource,
     places: Range<usize>, // of the signals among the internal variables
 }
 
@@ -34,7 +34,7 @@ impl NodeQuantity for SignalNumber {
     fn value(&self, Node { at, v, .. }: Node<'_>) -> f64 {
         self.gauge.value(self.source, self.at(at).moving(v))
     }
-    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: Slopes<'_>) {
+    fn add_slopes(&self, node: Node<'_>, scale: f64, mut out: NodeSlopes<'_>) {
         let row = self.gauge.slopes(self.source, self.at(node.at).moving(node.v));
         let (inputs, states) = self.gauge.reads();
         let held = self.at(node.at).internal;
@@ -52,8 +52,8 @@ impl NodeQuantity for SignalNumber {
             }
         }
     }
-    fn reads(&self) -> Reads {
-        Reads { internal: !self.places.is_empty(), ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { internal: !self.places.is_empty(), ..NodeReads::default() }
     }
     fn reads_time(&self) -> bool {
         true // its expressions may

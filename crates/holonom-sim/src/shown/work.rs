@@ -12,7 +12,7 @@ use crate::sensor::columns_of;
 use crate::system::works::force_of;
 use holonom_model::{Model, Sensor, SensorKind};
 use std::sync::Arc;
-use vi_control::node::{Node, NodeQuantity, Reads, Slopes};
+use vi_control::node::{Node, NodeQuantity, NodeReads, NodeSlopes};
 use vi_core::potential::DiscretePotential;
 
 /// The work of a force and of what its element stores.
@@ -27,7 +27,7 @@ impl NodeQuantity for Done {
         let stored = self.stored.as_ref().map_or(0.0, |own| own.potential(at));
         at.internal.get(self.place).map_or(f64::NAN, |own| own - stored)
     }
-    fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: Slopes<'_>) {
+    fn add_slopes(&self, Node { at, .. }: Node<'_>, scale: f64, out: NodeSlopes<'_>) {
         if let Some(z) = out.z.get_mut(self.place) {
             *z += scale;
         }
@@ -39,8 +39,8 @@ impl NodeQuantity for Done {
         let by = self.by.get(parameter).and_then(Option::as_ref);
         by.map_or(0.0, |by| -by(at))
     }
-    fn reads(&self) -> Reads {
-        Reads { internal: true, ..Reads::default() }
+    fn reads(&self) -> NodeReads {
+        NodeReads { internal: true, ..NodeReads::default() }
     }
     fn reads_velocity(&self) -> bool {
         false

@@ -8,9 +8,9 @@
 //! at the predicted midpoint and held over the step has order 2.
 
 use super::{RunFailure, Simulation};
-use crate::sample::{Residuals, Sample};
+use crate::sample::{ResidualsAtLevels, Sample};
 use crate::stepper::NodeOf;
-use vi_constraints::integrator::When;
+use vi_constraints::integrator::NodeInStep;
 use vi_core::momentum_map::Momentum;
 
 /// Decides before each step what inputs hold over it.
@@ -24,7 +24,7 @@ pub trait Controller: Send {
 
 /// The middle of the next step, before it is known.
 #[derive(Clone, Debug, Default)]
-pub struct Midpoint {
+pub struct NextMidpoint {
     /// Its time, s.
     pub t: f64,
     /// `q_{n+1/2}`, shape `n`.
@@ -68,7 +68,7 @@ impl Simulation {
     pub fn read_only(&mut self, reading: Reading) {
         let nan = f64::NAN;
         let momentum = Momentum { linear: [nan; 3], angular: [nan; 3] };
-        let residuals = Residuals { position: nan, velocity: nan, momentum: nan };
+        let residuals = ResidualsAtLevels { position: nan, velocity: nan, momentum: nan };
         let (energy, hamiltonian, work) = (nan, nan, nan);
         self.sample =
             Sample { energy, hamiltonian, work, momentum, residuals, ..Sample::default() };
@@ -90,12 +90,12 @@ impl Simulation {
     ///
     /// # Errors
     /// [`RunFailure`] where accelerations are not unique.
-    pub fn predict(&mut self, out: &mut Midpoint) -> Result<(), RunFailure> {
+    pub fn predict(&mut self, out: &mut NextMidpoint) -> Result<(), RunFailure> {
         let half = 0.5 * self.settings.step;
         if let Err(error) = self.stepper.predict(half, &mut out.q, &mut out.v) {
             return Err(self.lost(NodeOf::State, &error.to_string()));
         }
-        out.t = self.stepper.at(When::After).t + half;
+        out.t = self.stepper.at(NodeInStep::After).t + half;
         Ok(())
     }
 }

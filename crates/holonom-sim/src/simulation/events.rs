@@ -339,7 +339,7 @@ impl Simulation {
         let node = self.stepper.node();
         let (energy, work) = (node.hamiltonian(), node.work.to_vec());
         let stored = self.energies.stored(&node);
-        let before = Motion::of(self.stepper.mechanism(), &node);
+        let before = MotionAtEvent::of(self.stepper.mechanism(), &node);
         let contacts = self.stepper.named_contacts();
         let mut start = PhaseStart::new(node.state, &node.node.v, contacts);
         let held = self.stepper.places_of_signals().start;
@@ -398,7 +398,7 @@ impl Simulation {
             let node = self.stepper.node();
             let lost = energy - node.hamiltonian();
             let of_laws = stored - self.energies.stored(&node);
-            let jump = before.jump(&Motion::of(self.stepper.mechanism(), &node));
+            let jump = before.jump(&MotionAtEvent::of(self.stepper.mechanism(), &node));
             for EventRecord { jump: own, .. } in &mut records {
                 *own = EventJump { condition: own.condition, ..jump };
             }
@@ -471,14 +471,14 @@ impl Simulation {
 }
 
 /// The motion at a node beside an event.
-struct Motion {
+struct MotionAtEvent {
     v: Vec<f64>,
     p: Vec<f64>, // of the projection
     momentum: Momentum,
     kinetic: f64, // J
 }
 
-impl Motion {
+impl MotionAtEvent {
     fn of(mechanism: &Mechanism, node: &NodeView<'_>) -> Self {
         let (v, p) = (node.node.v.clone(), node.node.p_projected.clone());
         let momentum = mechanism.momentum(&node.state.q, &p);

@@ -91,7 +91,7 @@ impl Simulation {
         }
         let before = (step > 0).then(|| self.stepper.interval());
         let v = mechanism.initial_velocity();
-        self.rolling.turning(mechanism, before, (q, &v, self.settings.step))
+        self.rolling.turning(mechanism, before, q, &v, self.settings.step)
     }
 
     /// What laws that jump may have to do with a step that was not found.

@@ -8,18 +8,18 @@
 //! They stand among the internal variables of signals, so that a run goes on from them.
 
 use super::{RunFailure, Simulation};
-use vi_constraints::integrator::When;
+use vi_constraints::integrator::NodeInStep;
 use vi_core::state::State;
 
 /// What is measured for signals.
 #[derive(Debug, Default)]
-pub(super) struct Measured {
+pub(super) struct MeasuredSignals {
     places: Vec<(usize, usize)>, // columns of sensors, and internal variables
     node: State,                 // scratch
     sensors: Vec<f64>,           // scratch
 }
 
-impl Measured {
+impl MeasuredSignals {
     pub(super) fn new(places: Vec<(usize, usize)>) -> Self {
         Self { places, ..Self::default() }
     }
@@ -37,8 +37,8 @@ impl Simulation {
         found?;
         let first = self.stepper.places_of_signals().start;
         let Self { stepper, measured, .. } = self;
-        let Measured { places, node, sensors } = measured;
-        node.copy_from(stepper.at(When::After));
+        let MeasuredSignals { places, node, sensors } = measured;
+        node.copy_from(stepper.at(NodeInStep::After));
         for (column, held) in &*places {
             node.internal[first + held] = sensors[*column];
         }

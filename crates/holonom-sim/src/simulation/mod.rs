@@ -36,7 +36,7 @@ use crate::assembly::loops::LoopResiduals;
 use crate::dynamics::Dynamics;
 use crate::event::Events;
 use crate::event::switches::PhaseStart;
-use crate::experiment::Experiment;
+use crate::experiment::RunnableModel;
 use crate::resolution::limits::LimitWatch;
 use crate::resolution::rotation::{FastestRotation, RotationWatch};
 use crate::run::contacts::ContactWatch;
@@ -47,26 +47,26 @@ use crate::run::run_state::{RunState, same_length};
 use crate::sample::{Member, MomentaNames, Sample};
 use crate::sensor::Sensors;
 use crate::start::{StartValues, separation};
-use crate::stepper::{AnyStepper, NodeOf, Wanted};
+use crate::stepper::{AnyStepper, NodeOf, WantedOfNode};
 use crate::system::beams::Beams;
 use crate::system::bushing;
 use crate::system::contact_origin::ContactOrigin;
 use crate::system::held::{self, Input};
 use crate::system::joint_contact::nonsmooth_options;
 use crate::system::law::{self, Laws};
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use crate::system::signal;
 use crate::system::{self, System};
 use begun::{Begun, StatedStart};
 use control::{Controller, Reading};
 use holonom_model::{Columns, Family, Model, ModelError, Settings};
-use measured::Measured;
+use measured::MeasuredSignals;
 use std::io;
 use std::time::Duration;
 use taut::TautBeams;
 pub use vi_constraints::integrator::ResumeError;
-use vi_constraints::integrator::{StepReport, When};
-use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::integrator::{NodeInStep, StepReport};
+use vi_constraints::scheme::{ConditionNumbers, StepError};
 use vi_constraints::{Constraints, InitialValues, Options, SchemeKind};
 use vi_core::contact_state::ContactCounts;
 use vi_emscheme::{EmAlgebra, EmIntegrator, EmOptions};
@@ -98,7 +98,7 @@ pub struct Simulation {
     iterations: f64, // of the step that led to the present node
     inputs: Vec<Input>,
     controller: Option<Box<dyn Controller>>, // asked before each step
-    measured: Measured,                      // of what signals read
+    measured: MeasuredSignals,               // of what signals read
     sample: Sample,                          // recorded last
     velocity: Vec<f64>,                      // n  of the node that was sensed last
     reading: Reading,
@@ -129,7 +129,7 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_solver(model: &Model, solver: Solver) -> Result<Self, ModelError> {
-        Self::assembled(model, solver, &Outside::default(), 0.0)
+        Self::assembled(model, solver, &ExternalActions::default(), 0.0)
     }
 
     /// The same with what acts from outside: inputs that are set between steps, laws, paths, starts
@@ -137,7 +137,7 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Simulation::new`], and for what acts on nothing.
-    pub fn with_outside(model: &Model, outside: &Outside) -> Result<Self, ModelError> {
+    pub fn with_outside(model: &Model, outside: &ExternalActions) -> Result<Self, ModelError> {
         Self::beginning_at(model, outside, 0.0)
     }
 
@@ -146,14 +146,18 @@ impl Simulation {
     ///
     /// # Errors
     /// As [`Simulation::with_outside`].
-    pub fn beginning_at(model: &Model, outside: &Outside, t: f64) -> Result<Self, ModelError> {
+    pub fn beginning_at(
+        model: &Model,
+        outside: &ExternalActions,
+        t: f64,
+    ) -> Result<Self, ModelError> {
         Self::assembled(model, model.settings.solver.into(), outside, t)
     }
 
     fn assembled(
         model: &Model,
         solver: Solver,
-        outside: &Outside,
+        outside: &ExternalActions,
         t: f64,
     ) -> Result<Self, ModelError> {
         outside.prepare(model)?;
@@ -165,7 +169,7 @@ impl Simulation {
             true => StatedStart::of(&mechanism),
             false => StatedStart::given(&mechanism, &start),
         };
-        let start = separation::separated(model, (&mechanism, &dynamics, &contacts), t, start)?;
+        let start = separation::separated(model, &mechanism, &dynamics, &contacts, t, start)?;
         let at = InitialValues::new(t, &start.q, &start.v).with_angles(&start.angles);
         let rolling = RollingWatch::new(&mechanism);
         let mut wanted = sensors.wanted();
@@ -199,14 +203,14 @@ impl Simulation {
         let events = match model.events.is_empty() {
             true => None,
             false => {
-                let internal = stepper.at(When::After).internal.clone();
+                let internal = stepper.at(NodeInStep::After).internal.clone();
                 let (q, v) = (start.q.clone(), start.v.clone());
                 let first = PhaseStart { step: 0, t, q, v, internal, ..PhaseStart::default() };
                 let events = Events::new(model, outside, solver, stepper.mechanism(), first)?;
                 Some(Box::new(events))
             }
         };
-        let measured = Measured::new(sensors.measured());
+        let measured = MeasuredSignals::new(sensors.measured());
         let taut = TautBeams::of(model, &beams).map(Box::new);
         let mut simulation = Self {
             settings,
@@ -341,7 +345,7 @@ impl Simulation {
     }
 
     /// Condition numbers of the Newton matrix of the last step; `None` where there is no matrix.
-    pub fn condition(&mut self) -> Option<Condition> {
+    pub fn condition(&mut self) -> Option<ConditionNumbers> {
         self.stepper.condition()
     }
 
@@ -432,7 +436,7 @@ impl Simulation {
     }
 }
 
-impl Experiment for Simulation {
+impl RunnableModel for Simulation {
     fn columns(&self) -> &[Columns] {
         &self.settings.columns
     }
@@ -475,7 +479,7 @@ impl Experiment for Simulation {
         self.contacts.origins()
     }
     fn contact_counts(&self) -> Option<ContactCounts> {
-        let state = self.stepper.at(When::After);
+        let state = self.stepper.at(NodeInStep::After);
         self.contacts.has_impulses().then_some(state.contacts.counts)
     }
     fn writes_contacts(&self) -> bool {
@@ -555,7 +559,7 @@ pub(crate) fn stepper(
     model: &Model,
     at: InitialValues<'_>,
     solver: Solver,
-    wanted: Wanted,
+    wanted: WantedOfNode,
 ) -> Result<AnyStepper, ModelError> {
     let settings = &model.settings;
     match settings.scheme.family() {

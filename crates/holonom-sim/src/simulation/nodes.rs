@@ -8,14 +8,14 @@ use crate::sensor::{View, Works};
 use crate::stepper::NodeOf;
 use holonom_model::OnFailure;
 use std::time::{Duration, Instant};
-use vi_constraints::integrator::{StepReport, When};
+use vi_constraints::integrator::{NodeInStep, StepReport};
 use vi_constraints::scheme::StepError;
 use vi_core::Configuration;
 use vi_multibody::rolling::FLATTEST;
 
 /// How far an iteration over the nodes is.
 #[derive(Debug, Default)]
-struct Course {
+struct NodeCourse {
     done: bool,
     failure: Option<RunFailure>, // after the node that is handed out
 }
@@ -39,7 +39,7 @@ impl Simulation {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn samples(&mut self) -> impl Iterator<Item = Result<Sample, RunFailure>> + '_ {
-        let mut course = Course::default();
+        let mut course = NodeCourse::default();
         self.sensors.follow(self.stepper.place().2);
         std::iter::from_fn(move || {
             let found = self.next_node(&mut course, &mut |_, _| true)?;
@@ -84,7 +84,7 @@ impl Simulation {
             paused = !proceed(step, of) && step < steps;
             !paused
         };
-        let mut course = Course::default();
+        let mut course = NodeCourse::default();
         self.sensors.follow(self.stepper.place().2);
         while let Some(found) = self.next_node(&mut course, &mut proceed) {
             match found {
@@ -149,7 +149,7 @@ impl Simulation {
             return Err(self.lost(NodeOf::State, &error.to_string()));
         }
         let Self { stepper, sample, sensors, rolling, velocity, .. } = self;
-        let state = stepper.at(When::After);
+        let state = stepper.at(NodeInStep::After);
         let (signals, slips) = (stepper.signals(state), &rolling.state().slips[..]);
         let view = View { signals, slips, ..View::of_motion(state, velocity) };
         sensors.read(stepper.mechanism(), stepper.rows(), view, &mut sample.sensors);
@@ -195,7 +195,7 @@ impl Simulation {
     /// `false` ends the iteration there. Another one continues.
     fn next_node(
         &mut self,
-        course: &mut Course,
+        course: &mut NodeCourse,
         proceed: &mut dyn FnMut(u64, u64) -> bool,
     ) -> Option<Result<(), RunFailure>> {
         let steps = self.settings.steps();
@@ -247,7 +247,7 @@ impl Simulation {
     pub(crate) fn follow_step(&mut self, report: StepReport) -> Result<(), RunFailure> {
         self.rolling.follow_step(self.stepper.mechanism(), self.stepper.interval());
         let (step, t, q) = self.stepper.place();
-        self.contacts.follow_step(self.stepper.contacts(), (t, q));
+        self.contacts.follow_step(self.stepper.contacts(), t, q);
         self.sensors.follow(q);
         if let Err(folded) = self.limits.follow(t, q) {
             let (message, remedy) = bent_too_far(&folded);
@@ -358,7 +358,7 @@ impl Simulation {
         loops.follow(mechanism, q);
         let kinetic = node.hamiltonian_projected.kinetic;
         let here = Configuration::new(t, q);
-        rolling.follow_node(mechanism, here, (at.force, kinetic), stepper.rows());
+        rolling.follow_node(mechanism, here, at.force, kinetic, stepper.rows());
         energies.read(&at, &mut sample.energies);
         rotation.follow(t, &node.v);
         let notice = watch.follow(&at, energies, &sample.energies);

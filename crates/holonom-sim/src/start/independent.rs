@@ -17,7 +17,8 @@ pub(crate) type TreeCoordinate = (Option<usize>, usize, StartCoordinate);
 /// [`Singular`] where they do not determine the start.
 pub(crate) fn independent(
     model: &Model,
-    (mechanism, rows): (&Mechanism, &IndependentRows),
+    mechanism: &Mechanism,
+    rows: &IndependentRows,
     at: InitialValues<'_>,
     first: &[(usize, usize)],
 ) -> Result<Vec<TreeCoordinate>, Singular> {

@@ -14,12 +14,12 @@
 //! Where coordinates do not determine the start, the closest configuration and velocity with what
 //! is given are taken (`Π`, `Π_M`).
 
-use super::others::{CLOSED, Others};
+use super::others::{CLOSED, IndependentCoordinates};
 use super::{How, StartValues};
 use crate::assembly::{self, closure};
 use crate::system::coordinate::check_coordinate;
 use crate::system::input::nothing;
-use crate::system::outside::{Outside, OutsideMotion};
+use crate::system::outside::{ExternalActions, OutsideMotion};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Model, ModelError, MotionPath, Problem};
 use nalgebra::{DMatrix, DVector};
@@ -32,7 +32,7 @@ use vi_core::{Configuration, Interval};
 use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 use vi_multibody::tree_map::TreeMap;
 
 /// The longest part of a way, m or rad.
@@ -108,7 +108,7 @@ impl<'a> Given<'a> {
 pub(super) fn begun(
     model: &Model,
     mechanism: &Mechanism,
-    outside: &Outside,
+    outside: &ExternalActions,
     from: StartValues,
 ) -> Result<StartValues, ModelError> {
     let given = &outside.start;
@@ -116,7 +116,8 @@ pub(super) fn begun(
     let rates = Given::all(&given.rates, "rates", model, mechanism)?;
     let tree = TreeMap::new(mechanism);
     let given = places.iter().chain(&rates).map(|given| given.place);
-    let mut others = Others::new(model, mechanism, given, [from.q.clone(), from.v.clone()]);
+    let mut others =
+        IndependentCoordinates::new(model, mechanism, given, [from.q.clone(), from.v.clone()]);
     let mut nu = rates_of_tree(&tree, &from.q, &from.v);
     let q = placed(model, (mechanism, &tree), outside, (&places, &mut others), from.q)?;
     for rate in &rates {
@@ -135,7 +136,8 @@ pub(super) fn projected(model: &Model, from: StartValues) -> Result<StartValues,
     if !model.settings.project_start || from.how != How::Stated {
         return Ok(from);
     }
-    let found = Driven::new(model, &Outside::default(), &[])?.project(&from.q, &from.v, &[]);
+    let found =
+        Driven::new(model, &ExternalActions::default(), &[])?.project(&from.q, &from.v, &[]);
     let (q, v) = found.map_err(|why| {
         let message = format!("the start cannot be projected: {why}");
         ModelError::Assembly(vec![Problem::new("simulation.project_start", message)])
@@ -163,11 +165,7 @@ fn revolved(mechanism: &Mechanism, of_state: &[f64], places: &[Given<'_>], q: &[
 }
 
 /// `v = P(q) ν` with the rates `ν` that velocities `v_old` have at `q_old`.
-pub(super) fn carried(
-    mechanism: &Mechanism,
-    (q_old, v_old): (&[f64], &[f64]),
-    q: &[f64],
-) -> Vec<f64> {
+pub(super) fn carried(mechanism: &Mechanism, q_old: &[f64], v_old: &[f64], q: &[f64]) -> Vec<f64> {
     let tree = TreeMap::new(mechanism);
     velocities_of_tree(&tree, q, rates_of_tree(&tree, q_old, v_old))
 }
@@ -195,8 +193,8 @@ fn rates_of_tree(tree: &TreeMap, q: &[f64], v: &[f64]) -> DVector<f64> {
 fn placed(
     model: &Model,
     (mechanism, tree): (&Mechanism, &TreeMap),
-    outside: &Outside,
-    (places, others): (&[Given<'_>], &mut Others<'_>),
+    outside: &ExternalActions,
+    (places, others): (&[Given<'_>], &mut IndependentCoordinates<'_>),
     mut q: Vec<f64>,
 ) -> Result<Vec<f64>, ModelError> {
     if places.is_empty() {
@@ -284,8 +282,8 @@ fn is_near(found: f64, value: f64) -> bool {
 fn moving(
     model: &Model,
     mechanism: &Mechanism,
-    outside: &Outside,
-    (rates, others): (&[Given<'_>], &mut Others<'_>),
+    outside: &ExternalActions,
+    (rates, others): (&[Given<'_>], &mut IndependentCoordinates<'_>),
     (q, v): (&[f64], Vec<f64>),
 ) -> Result<Vec<f64>, ModelError> {
     let tolerance = model.settings.start_tolerance;
@@ -328,7 +326,11 @@ struct Driven {
 }
 
 impl Driven {
-    fn new(model: &Model, outside: &Outside, given: &[Given<'_>]) -> Result<Self, ModelError> {
+    fn new(
+        model: &Model,
+        outside: &ExternalActions,
+        given: &[Given<'_>],
+    ) -> Result<Self, ModelError> {
         let (mut model, mut outside) = (model.clone(), outside.clone());
         let held: Vec<[HeldEffort; 2]> = given.iter().map(|_| Default::default()).collect();
         for (given, held) in given.iter().zip(&held) {
@@ -358,7 +360,7 @@ impl Driven {
         }
         let System { mechanism, dynamics, .. } = &self.system;
         let system = dynamics.variational(mechanism);
-        let loops = Loops::find(mechanism, 0.0, q).map_err(|error| error.to_string())?;
+        let loops = IndependentLoops::find(mechanism, 0.0, q).map_err(|error| error.to_string())?;
         let mechanism = mechanism.clone().accepting(loops.nearly_redundant());
         let rows = loops.rows_at_start.unwrap_or(loops.rows);
         let found = start(&system, &mechanism, &rows, InitialValues::new(0.0, q, v));

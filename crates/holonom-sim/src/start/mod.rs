@@ -24,7 +24,7 @@ use crate::assembly;
 use crate::digits::rounded;
 use crate::run::outcome::RunFailure;
 use crate::statics::{InOwnRotation, Statics};
-use crate::system::outside::{JointStart, Outside};
+use crate::system::outside::{ExternalActions, JointStart};
 use crate::system::{self, System};
 use holonom_model::{Constraint, Inconsistency, Model, ModelError, MotionPath, Problem};
 use independent::TreeCoordinate;
@@ -32,7 +32,7 @@ use vi_constraints::initialization::start;
 use vi_constraints::integrator::SetupError;
 use vi_constraints::{Constraints, InitialValues};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 use vi_rigid::directors;
 use vi_statics::{RotationError, SteadyMotion, SteadyRotation};
 
@@ -87,7 +87,7 @@ impl StartValues {
     pub(crate) fn of(
         model: &Model,
         mechanism: &Mechanism,
-        outside: &Outside,
+        outside: &ExternalActions,
     ) -> Result<Self, ModelError> {
         if let Some(still) = &outside.still {
             let (q, how) = (still.q.clone(), How::Standing { neutral: still.neutral });
@@ -120,7 +120,7 @@ impl StartValues {
         }
         if !model.settings.project_start {
             offer_rates(model, mechanism, &mut missed);
-            rolling::offer_rolling(model, mechanism, (&q, &v), &mut missed);
+            rolling::offer_rolling(model, mechanism, &q, &v, &mut missed);
             return Err(ModelError::InconsistentStart(missed));
         }
         if model.joints.iter().any(|joint| joint.rate.is_some()) {
@@ -174,7 +174,7 @@ fn offer_rates(model: &Model, mechanism: &Mechanism, missed: &mut [Inconsistency
 /// Whether only constraints that nearly follow from the others are violated by initial velocities,
 /// and no more than they are by the motion.
 fn nearly_consistent(mechanism: &Mechanism, q: &[f64], v: &[f64], tolerance: f64) -> bool {
-    let loops = Loops::find(mechanism, 0.0, q).ok();
+    let loops = IndependentLoops::find(mechanism, 0.0, q).ok();
     let Some(nearly) = loops.and_then(|loops| loops.nearly_redundant()) else { return false };
     let mechanism = mechanism.clone().accepting(Some(nearly));
     assembly::velocity_inconsistencies(&mechanism, q, v, tolerance).is_empty()
@@ -251,7 +251,7 @@ fn with_stated_rates(model: &Model) -> Result<(Vec<f64>, Vec<f64>), ModelError> 
     let system = dynamics.variational(&mechanism);
     let (q, v) = (drawn(model, &mechanism), mechanism.initial_velocity());
     let refused = |error: &SetupError| assembly::refusal(error, model);
-    let loops = Loops::find(&mechanism, 0.0, &q).map_err(|error| refused(&error))?;
+    let loops = IndependentLoops::find(&mechanism, 0.0, &q).map_err(|error| refused(&error))?;
     let mechanism = mechanism.accepting(loops.nearly_redundant());
     let rows = loops.rows_at_start.unwrap_or(loops.rows);
     let found = start(&system, &mechanism, &rows, InitialValues::new(0.0, &q, &v))

@@ -6,22 +6,23 @@ use vi_constraints::saddle_point::IndependentRows;
 use vi_constraints::{Constraints, InitialValues};
 use vi_multibody::design::start::{self as equations, StartCoordinate};
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 
 /// How far loops may be open where they count as closed, m, and their rates, m/s.
 pub(super) const CLOSED: f64 = 1e-12;
 
 /// A joint of the model, and which of its coordinates.
-pub(super) type JointPlace = (usize, usize);
+pub(super) type JointAndCoordinate = (usize, usize);
 
 /// What is given of a coordinate.
-fn given(own: &TreeCoordinate, values: &[(JointPlace, f64)]) -> Option<f64> {
-    let is_own = |(place, _): &&(JointPlace, f64)| (own.0, own.1) == (Some(place.0), place.1);
+fn given(own: &TreeCoordinate, values: &[(JointAndCoordinate, f64)]) -> Option<f64> {
+    let is_own =
+        |(place, _): &&(JointAndCoordinate, f64)| (own.0, own.1) == (Some(place.0), place.1);
     values.iter().find(is_own).map(|(_, value)| *value)
 }
 
 /// The independent coordinates of a closed mechanism, and what they are at the model's own start.
-pub(super) struct Others<'a> {
+pub(super) struct IndependentCoordinates<'a> {
     model: &'a Model,
     mechanism: &'a Mechanism,
     first: Vec<(usize, usize)>, // those that are given: joint, freedom
@@ -30,11 +31,11 @@ pub(super) struct Others<'a> {
     carried: Vec<StartCoordinate>, // rotations that the tree does not carry along
 }
 
-impl<'a> Others<'a> {
+impl<'a> IndependentCoordinates<'a> {
     pub(super) fn new(
         model: &'a Model,
         mechanism: &'a Mechanism,
-        given: impl Iterator<Item = JointPlace>,
+        given: impl Iterator<Item = JointAndCoordinate>,
         own: [Vec<f64>; 2],
     ) -> Self {
         let mut first: Vec<_> = given.collect();
@@ -66,7 +67,7 @@ impl<'a> Others<'a> {
         let of_positions = equations::of_positions(mechanism, rows).len();
         if chosen.len() + of_positions != mechanism.dim() {
             let at = InitialValues::new(0.0, q, q);
-            *chosen = independent(model, (mechanism, rows), at, first).ok()?;
+            *chosen = independent(model, mechanism, rows, at, first).ok()?;
         }
         Some(chosen.iter().map(|own| own.2.clone()).collect())
     }
@@ -76,7 +77,7 @@ impl<'a> Others<'a> {
     pub(super) fn place(
         &mut self,
         q: &[f64],
-        values: &[(JointPlace, f64)],
+        values: &[(JointAndCoordinate, f64)],
     ) -> Option<Result<Vec<f64>, String>> {
         let rows = rows_at(self.mechanism, q)?;
         let chosen = self.choose(&rows, q)?;
@@ -93,7 +94,7 @@ impl<'a> Others<'a> {
     pub(super) fn velocity(
         &mut self,
         q: &[f64],
-        rates: &[(JointPlace, f64)],
+        rates: &[(JointAndCoordinate, f64)],
     ) -> Option<Result<Vec<f64>, String>> {
         let rows = rows_at(self.mechanism, q)?;
         let chosen = self.choose(&rows, q)?;
@@ -109,6 +110,6 @@ impl<'a> Others<'a> {
 
 /// Independent rows of a configuration.
 fn rows_at(mechanism: &Mechanism, q: &[f64]) -> Option<IndependentRows> {
-    let loops = Loops::find(mechanism, 0.0, q).ok()?;
+    let loops = IndependentLoops::find(mechanism, 0.0, q).ok()?;
     Some(loops.rows_at_start.unwrap_or(loops.rows))
 }

@@ -12,7 +12,8 @@ use vi_rigid::directors;
 pub(super) fn offer_rolling(
     model: &Model,
     mechanism: &Mechanism,
-    (q, v): (&[f64], &[f64]),
+    q: &[f64],
+    v: &[f64],
     missed: &mut [Inconsistency],
 ) {
     for scalar in &mechanism.description().scalars {

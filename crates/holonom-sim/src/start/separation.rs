@@ -13,7 +13,7 @@ use holonom_model::{Model, ModelError, Overlap, Problem};
 use vi_constraints::closest::closest;
 use vi_constraints::initialization::StartError;
 use vi_multibody::mechanism::Mechanism;
-use vi_multibody::run::Loops;
+use vi_multibody::run::IndependentLoops;
 use vi_rigid::directors::{FRAME, angular_velocity, center, spin_velocity};
 
 /// The start, with what overlaps moved apart.
@@ -22,7 +22,9 @@ use vi_rigid::directors::{FRAME, angular_velocity, center, spin_velocity};
 /// [`ModelError`] of shapes that overlap and may not, or cannot be separated.
 pub(crate) fn separated(
     model: &Model,
-    (mechanism, dynamics, origins): (&Mechanism, &Dynamics, &[ContactOrigin]),
+    mechanism: &Mechanism,
+    dynamics: &Dynamics,
+    origins: &[ContactOrigin],
     t: f64,
     start: StartValues,
 ) -> Result<StartValues, ModelError> {
@@ -38,12 +40,12 @@ pub(crate) fn separated(
     if found.is_empty() {
         return Ok(start);
     }
-    let loops = Loops::find(mechanism, t, &start.q);
+    let loops = IndependentLoops::find(mechanism, t, &start.q);
     let loops = loops.map_err(|error| assembly::refusal(&error, model))?;
     let mechanism = mechanism.clone().accepting(loops.nearly_redundant());
     let rows = loops.rows_at_start.unwrap_or(loops.rows);
     let mass = dynamics.parts.mass_matrix(&mechanism);
-    let q = closest(&mass, &mechanism, &rows, (t, &start.q), elements).map_err(|error| {
+    let q = closest(&mass, &mechanism, &rows, t, &start.q, elements).map_err(|error| {
         let StartError::Closed { element } = &error else {
             return assembly::refusal(&error.into(), model);
         };
@@ -58,14 +60,14 @@ pub(crate) fn separated(
         return Err(ModelError::Assembly(left.into_iter().map(|own| own.1).collect()));
     }
     let v = match mechanism.description().joints.is_empty() {
-        true => carried(&mechanism, (&start.q, &start.v), &q),
-        false => joints::carried(&mechanism, (&start.q, &start.v), &q),
+        true => carried(&mechanism, &start.q, &start.v, &q),
+        false => joints::carried(&mechanism, &start.q, &start.v, &q),
     };
     Ok(StartValues { q, v, separated: true, ..start })
 }
 
 /// The velocities `v` at `q_old` at another configuration of free bodies: they keep `φ̇` and `ω`.
-fn carried(mechanism: &Mechanism, (q_old, v): (&[f64], &[f64]), q: &[f64]) -> Vec<f64> {
+fn carried(mechanism: &Mechanism, q_old: &[f64], v: &[f64], q: &[f64]) -> Vec<f64> {
     let mut out = v.to_vec();
     for k in 0..mechanism.description().bodies.len() {
         let own = FRAME * k..FRAME * (k + 1);

@@ -6,20 +6,20 @@
 //! The increments of the steps, not differences of coordinates: these are rounded by `ε|q|`, which
 //! `1/h²` would enlarge.
 
-use crate::run::run_state::{Increment, same_length};
+use crate::run::run_state::{StepIncrement, same_length};
 use vi_constraints::integrator::ResumeError;
 use vi_core::Interval;
 
 /// Increments of the last two steps.
 #[derive(Debug)]
 pub(super) struct LastIncrements {
-    before: Increment,
-    last: Increment,
+    before: StepIncrement,
+    last: StepIncrement,
 }
 
 impl LastIncrements {
     pub(super) fn new(n: usize) -> Self {
-        let none = Increment { dq: vec![0.0; n], h: 0.0 };
+        let none = StepIncrement { dq: vec![0.0; n], h: 0.0 };
         Self { before: none.clone(), last: none }
     }
 
@@ -55,7 +55,7 @@ impl LastIncrements {
     }
 
     /// That of the last step.
-    pub(super) fn state(&self) -> Increment {
+    pub(super) fn state(&self) -> StepIncrement {
         self.last.clone()
     }
 
@@ -63,7 +63,7 @@ impl LastIncrements {
     ///
     /// # Errors
     /// [`ResumeError::Shape`].
-    pub(super) fn resume(&mut self, last: Increment) -> Result<(), ResumeError> {
+    pub(super) fn resume(&mut self, last: StepIncrement) -> Result<(), ResumeError> {
         same_length("the increment of a step", last.dq.len(), self.last.dq.len())?;
         self.last = last;
         Ok(())

@@ -18,7 +18,7 @@ mod increments;
 mod node;
 mod work;
 
-pub(crate) use node::{NodeOf, NodeView, Wanted};
+pub(crate) use node::{NodeOf, NodeView, WantedOfNode};
 
 use crate::run::run_state::{MotionState, same_length};
 use crate::sample::Momenta;
@@ -28,10 +28,10 @@ use node::LastRead;
 use vi_beam::averaged::times_raised;
 use vi_constraints::discretization::{Discretization, Step};
 use vi_constraints::initialization::StartReport;
-use vi_constraints::integrator::{ResumeError, StepReport, When};
+use vi_constraints::integrator::{NodeInStep, ResumeError, StepReport};
 use vi_constraints::nonsmooth::{ContactRecord, NamedContacts, NodeRecord, Nonsmooth};
 use vi_constraints::saddle_point::{IndependentRows, SaddlePoint};
-use vi_constraints::scheme::{Condition, StepError};
+use vi_constraints::scheme::{ConditionNumbers, StepError};
 use vi_constraints::{Constraints, Integrator, Reparametrization};
 use vi_core::force::Source;
 use vi_core::interval::Interval;
@@ -41,10 +41,10 @@ use vi_emscheme::{EmIntegrator, EmSystem};
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::run::MechanismIntegrator;
 use vi_multibody::tree_map::TreeMap;
-use work::Work;
+use work::StepperWork;
 
 /// Adds the work of a (sub-)step.
-type AddWork<S> = fn(&mut Work, &S, &Mechanism, Step<'_>);
+type AddWork<S> = fn(&mut StepperWork, &S, &Mechanism, Step<'_>);
 
 /// Takes a step, each (sub-)step of which is seen.
 type TakeStep<'a, S> = dyn FnMut(
@@ -60,10 +60,10 @@ pub(crate) struct Stepper<S: Discretization<Mechanism>> {
     variational: bool, // whether there is a discrete Lagrangian, so that a node has an `E_d`
     order: u32,
     ended: [Option<f64>; 2], // J  E_d of the composed steps before and after the last node
-    wanted: Wanted,          // what sensors ask for
+    wanted: WantedOfNode,    // what sensors ask for
     momenta: bool,           // whether they are asked for
     map: Option<TreeMap>,    // for the reduced ones
-    work: Work,
+    work: StepperWork,
     sources: Vec<Source>,               // what does it: forces, then contacts
     increments: Option<LastIncrements>, // at order 2, where accelerations are asked for
     seen: LastRead,
@@ -79,7 +79,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         mut sources: Vec<Source>,
         add_work: AddWork<S>,
         settings: &Settings,
-        wanted: Wanted,
+        wanted: WantedOfNode,
     ) -> Self {
         // the force of a variational scheme is that of its step equation, without multipliers
         run.record_multipliers(settings.momenta || wanted.forces && !variational);
@@ -91,7 +91,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let (p, v) = (&run.state().p, run.initial_velocity());
         let contacts = run.nonsmooth().map_or(&[][..], |contacts| contacts.elements());
         sources.extend(contacts.iter().map(|element| Source::Element(element.source())));
-        let work = Work::new(p, v, sources.len(), driven, composed);
+        let work = StepperWork::new(p, v, sources.len(), driven, composed);
         let differences = wanted.accelerations && !composed;
         let increments = differences.then(|| LastIncrements::new(run.state().q.len()));
         let (ended, seen) = ([None; 2], LastRead::default());
@@ -251,8 +251,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
     /// The middle of a step of length `2 half`, s, from the present node: `q + half v`,
     /// `v + half a` with the acceleration of the state.
     fn predict(&mut self, half: f64, q: &mut Vec<f64>, v: &mut Vec<f64>) -> Result<(), Singular> {
-        self.run.observe_state_at(When::After)?;
-        let node = self.run.find_acceleration(When::After, &mut self.seen.force, None)?;
+        self.run.observe_state_at(NodeInStep::After)?;
+        let node = self.run.find_acceleration(NodeInStep::After, &mut self.seen.force, None)?;
         v.clear();
         v.extend(node.v.iter().zip(&node.acceleration).map(|(v, a)| v + half * a));
         let at = self.run.state();
@@ -273,7 +273,7 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
                 seen.force.extend_from_slice(&node.constraint_force);
             }
         }
-        let before = seen.when == When::Before;
+        let before = seen.when == NodeInStep::Before;
         work.at(before, node, &mut seen.work);
         let mut parts = std::mem::take(&mut self.seen.work);
         let first = (parts.len() - 1).saturating_sub(self.contact_count());
@@ -295,8 +295,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
         let hamiltonian = node.hamiltonian_projected.total();
         let composed = self.variational && self.run.reads_states();
         let of_step = match (composed, when) {
-            (true, When::Before) => self.ended[0],
-            (true, When::After) => self.ended[1],
+            (true, NodeInStep::Before) => self.ended[0],
+            (true, NodeInStep::After) => self.ended[1],
             (false, _) => Some(node.discrete_energy.total()),
         };
         let shadow = of_step.map(|step| shadow_energy(self.order, hamiltonian, step));
@@ -319,8 +319,8 @@ impl<S: Discretization<Mechanism>> Stepper<S> {
     fn contact_node(&self) -> Option<(&NodeRecord, &[ContactRecord])> {
         let contacts = self.run.nonsmooth().filter(|_| self.seen.with_step)?;
         match self.seen.when {
-            When::Before => contacts.nodes().next(),
-            When::After => contacts.trial_nodes().next(),
+            NodeInStep::Before => contacts.nodes().next(),
+            NodeInStep::After => contacts.trial_nodes().next(),
         }
     }
 
@@ -389,18 +389,18 @@ impl AnyStepper {
     pub(crate) fn variational(
         run: MechanismIntegrator,
         settings: &Settings,
-        wanted: Wanted,
+        wanted: WantedOfNode,
     ) -> Self {
-        let (sources, add_work) = (run.system().sources().to_vec(), Work::add);
+        let (sources, add_work) = (run.system().sources().to_vec(), StepperWork::add);
         Self::Variational(Box::new(Stepper::new(run, true, sources, add_work, settings, wanted)))
     }
 
     pub(crate) fn energy_momentum(
         run: EmIntegrator<Mechanism>,
         settings: &Settings,
-        wanted: Wanted,
+        wanted: WantedOfNode,
     ) -> Self {
-        let (sources, add_work) = (run.system().sources().to_vec(), Work::add_em);
+        let (sources, add_work) = (run.system().sources().to_vec(), StepperWork::add_em);
         let own = Stepper::new(run, false, sources, add_work, settings, wanted);
         Self::EnergyMomentum(Box::new(own))
     }
@@ -519,13 +519,13 @@ impl AnyStepper {
     }
 
     /// The state of a node next to the last step.
-    pub(crate) fn at(&self, when: When) -> &State {
+    pub(crate) fn at(&self, when: NodeInStep) -> &State {
         either!(self, own => own.run.at(when))
     }
 
     /// Step index, time and configuration of the present node.
     pub(crate) fn place(&self) -> (u64, f64, &[f64]) {
-        let state = self.at(When::After);
+        let state = self.at(NodeInStep::After);
         (state.step, state.t, &state.q)
     }
 
@@ -546,7 +546,7 @@ impl AnyStepper {
     pub(crate) fn tension_raised(&self) -> Option<u64> {
         let Self::Variational(own) = self else { return None };
         let system = own.run.system();
-        times_raised(system.variables_of_potentials(&self.at(When::After).internal))
+        times_raised(system.variables_of_potentials(&self.at(NodeInStep::After).internal))
     }
 
     /// The state of the motion, with the sums along its steps.
@@ -580,7 +580,7 @@ impl AnyStepper {
     }
 
     /// Condition numbers of the last Newton matrix.
-    pub(crate) fn condition(&mut self) -> Option<Condition> {
+    pub(crate) fn condition(&mut self) -> Option<ConditionNumbers> {
         either!(self, own => own.run.condition())
     }
 

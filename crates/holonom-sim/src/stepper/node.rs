@@ -1,13 +1,13 @@
 //! A node as it is read, and from what.
 
-use crate::sample::Residuals;
-use vi_constraints::integrator::When;
+use crate::sample::ResidualsAtLevels;
+use vi_constraints::integrator::NodeInStep;
 use vi_constraints::node::Node;
 use vi_core::{Configuration, State};
 
 /// What is asked for of a node beside its state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Wanted {
+pub(crate) struct WantedOfNode {
     /// Constraint forces.
     pub(crate) forces: bool,
     /// Accelerations.
@@ -18,7 +18,7 @@ pub(crate) struct Wanted {
     pub(crate) works: bool,
 }
 
-impl Wanted {
+impl WantedOfNode {
     /// Whether constraint forces or accelerations are.
     pub(crate) fn any(self) -> bool {
         self.forces || self.accelerations
@@ -51,10 +51,10 @@ pub(crate) enum NodeOf {
 
 impl NodeOf {
     /// Where it is, seen from the last step.
-    pub(crate) fn when(self) -> When {
+    pub(crate) fn when(self) -> NodeInStep {
         match self {
-            Self::Start { .. } => When::Before,
-            Self::State | Self::Arrival | Self::Last => When::After,
+            Self::Start { .. } => NodeInStep::Before,
+            Self::State | Self::Arrival | Self::Last => NodeInStep::After,
         }
     }
 }
@@ -62,7 +62,7 @@ impl NodeOf {
 /// What was read last beside the node itself, all buffers kept.
 #[derive(Debug, Default)]
 pub(super) struct LastRead {
-    pub(super) when: When,
+    pub(super) when: NodeInStep,
     pub(super) with_step: bool, // whether the node has quantities of a step that starts there
     pub(super) arrives: bool,   // whether it was read as the last step arrives there
     pub(super) force: Vec<f64>, // n  empty unless it is wanted
@@ -105,8 +105,8 @@ impl<'a> NodeView<'a> {
     }
 
     /// Constraint residuals.
-    pub(crate) fn residuals(&self) -> Residuals {
-        Residuals {
+    pub(crate) fn residuals(&self) -> ResidualsAtLevels {
+        ResidualsAtLevels {
             position: self.node.position_residual,
             velocity: self.node.velocity_residual,
             momentum: self.node.momentum_residual,

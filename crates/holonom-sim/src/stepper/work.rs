@@ -34,7 +34,7 @@ use vi_multibody::mechanism::Mechanism;
 
 /// The work up to the present node and up to the one before.
 #[derive(Clone, Debug)]
-pub(crate) struct Work {
+pub(crate) struct StepperWork {
     force: Vec<f64>,            // n  scratch
     rates: Vec<f64>,            // m  ∂g/∂t, scratch
     pub(super) parts: Vec<f64>, // J  of each force, of each contact, of all prescribed motions
@@ -80,7 +80,7 @@ impl DrivenVelocity {
     }
 }
 
-impl Work {
+impl StepperWork {
     /// From the start with momentum `p` and velocity `v`, of so many `forces` and contacts;
     /// `driven`: some motion is prescribed, and by whose steps it is followed: `composed` ones.
     pub(crate) fn new(p: &[f64], v: &[f64], forces: usize, driven: bool, composed: bool) -> Self {

@@ -100,7 +100,7 @@ impl NodeSupport {
 
 /// The beams of a model, their elements, and what holds their ends and corners.
 #[derive(Default)]
-pub(crate) struct Added {
+pub(crate) struct AddedBeams {
     pub(crate) list: Vec<BeamParts>,
     pub(crate) elements: BeamElements,
     pub(crate) supports: Vec<NodeSupport>,
@@ -110,8 +110,8 @@ pub(crate) struct Added {
 ///
 /// # Errors
 /// [`ModelError`]; none for a valid model.
-pub(crate) fn add(model: &Model, builder: &mut MechanismBuilder) -> Result<Added, ModelError> {
-    let mut added = Added::default();
+pub(crate) fn add(model: &Model, builder: &mut MechanismBuilder) -> Result<AddedBeams, ModelError> {
+    let mut added = AddedBeams::default();
     for beam in &model.beams {
         let parts = add_beam(beam, &model.settings, builder, &mut added)?;
         builder.start_together(parts.nodes.clone());
@@ -124,7 +124,7 @@ fn add_beam(
     beam: &holonom_model::Beam,
     settings: &Settings,
     builder: &mut MechanismBuilder,
-    Added { elements, supports, .. }: &mut Added,
+    AddedBeams { elements, supports, .. }: &mut AddedBeams,
 ) -> Result<BeamParts, ModelError> {
     let name = &beam.name;
     let member = format!("beam.{name}");

@@ -2,7 +2,7 @@
 
 use super::law_fault::LawFault;
 use super::names::Names;
-use super::signal::network::{Network, Source};
+use super::signal::network::{Network, NumberSource};
 use super::signal::{Needed, Terms, refusal};
 use holonom_model::{
     Bushing, BushingRotation, Coefficients, Formula, Model, ModelError, Quantities, Quantity, SIX,
@@ -13,17 +13,17 @@ use vi_multibody::bushing::LinearSix;
 use vi_multibody::six_coordinates::{LARGEST_ANGLE, Matrix6, Rotation, SixCoordinates, Vector6};
 
 /// An entry of a matrix that is no number: row, column, expression.
-type Entry<'a> = (usize, usize, &'a Formula);
+type StatedEntry<'a> = (usize, usize, &'a Formula);
 
 /// `τ = preload − K ξ − C ξ̇` with entries that are expressions, or six expressions.
-struct Stated<'a> {
+struct StatedBushing<'a> {
     bushing: &'a Bushing,
     constant: LinearSix,
-    stiffness: Vec<Entry<'a>>,
-    damping: Vec<Entry<'a>>,
+    stiffness: Vec<StatedEntry<'a>>,
+    damping: Vec<StatedEntry<'a>>,
 }
 
-impl<'a> Stated<'a> {
+impl<'a> StatedBushing<'a> {
     fn new(bushing: &'a Bushing, quantities: &Quantities<'_>) -> Result<Self, ModelError> {
         let mut constant = LinearSix {
             preload: Vector6::from(bushing.preload.unwrap_or_default()),
@@ -71,16 +71,16 @@ impl<'a> Stated<'a> {
         &self,
         terms: &mut Terms<'_>,
         bushing: usize,
-    ) -> Result<[Option<Source>; 6], ModelError> {
+    ) -> Result<[Option<NumberSource>; 6], ModelError> {
         let (owner, key) = (format!("bushing `{}`", self.bushing.name), key(self.bushing));
-        let mut own = vec![("t", Source::Input(0))];
+        let mut own = vec![("t", NumberSource::Input(0))];
         for (part, name) in SIX.into_iter().skip(1).enumerate() {
             own.push((name, terms.input(Read::Six { bushing, part }, name.to_owned())));
         }
         let mut efforts = [None; 6];
         if let Some(force) = &self.bushing.force {
             for (effort, formula) in efforts.iter_mut().zip(force) {
-                *effort = Some(terms.formula((&owner, &key), formula, &own)?);
+                *effort = Some(terms.formula(&owner, &key, formula, &own)?);
             }
             efforts[0] = self.within_range(terms, efforts[0], &own);
             return Ok(efforts);
@@ -100,7 +100,7 @@ impl<'a> Stated<'a> {
                     }
                     let entry = entries.iter().find(|own| (own.0, own.1) == (row, column));
                     let Some((.., formula)) = entry else { continue };
-                    let factor = terms.formula((&owner, &key), formula, &own)?;
+                    let factor = terms.formula(&owner, &key, formula, &own)?;
                     let name = &names[6 * of + column];
                     text += &format!(" - {name}*{letter}{}", column + 1);
                     from.push((name, factor));
@@ -116,9 +116,9 @@ impl<'a> Stated<'a> {
     fn within_range(
         &self,
         terms: &mut Terms<'_>,
-        effort: Option<Source>,
-        own: &[(&'static str, Source)],
-    ) -> Option<Source> {
+        effort: Option<NumberSource>,
+        own: &[(&'static str, NumberSource)],
+    ) -> Option<NumberSource> {
         let (_, x1) = own[1];
         let owner = format!("bushing `{}`", self.bushing.name);
         effort.map(|effort| terms.part(&owner, "f + 0*x1", &[("f", effort), ("x1", x1)]))
@@ -138,7 +138,7 @@ pub(super) fn add_bushings<'a>(
 ) -> Result<Vec<Arc<Network>>, ModelError> {
     let mut laws = Vec::new();
     for (k, bushing) in names.model.bushings.iter().enumerate() {
-        let own = Stated::new(bushing, quantities)?;
+        let own = StatedBushing::new(bushing, quantities)?;
         let law = match own.is_linear() {
             true => None,
             false => {
@@ -198,7 +198,7 @@ pub(crate) fn warnings(model: &Model) -> Vec<String> {
     let quantities = Quantities::new(model);
     let mut warnings = Vec::new();
     for bushing in &model.bushings {
-        let Ok(own) = Stated::new(bushing, &quantities) else { continue };
+        let Ok(own) = StatedBushing::new(bushing, &quantities) else { continue };
         let parts = [
             (
                 "stiffness",

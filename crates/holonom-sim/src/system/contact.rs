@@ -2,7 +2,9 @@
 
 use super::CORRECT;
 use super::contact_gaps::{KnownShapes, axes, rigid, shapes_of_body};
-use super::contact_origin::{ContactOrigin, ShapeElement, Sides, TouchingBodies, TouchingShapes};
+use super::contact_origin::{
+    ContactOrigin, FeatureSides, ShapeElement, TouchingBodies, TouchingShapes,
+};
 use super::joint_drive::stribeck;
 use super::names::Names;
 use holonom_model::contact_pairs::{ContactPair, SideOfPair};
@@ -15,7 +17,7 @@ use vi_core::interval::Interval;
 use vi_multibody::builder::MechanismBuilder;
 use vi_multibody::contact::compliant_contact::{CompliantContact, CompliantLaw};
 use vi_multibody::contact::shape_group::ShapeGroup;
-use vi_rigid::gap::{ContactShape, NoGap, Pair, features};
+use vi_rigid::gap::{ContactShape, NoGap, ShapePair, features};
 
 /// Shapes that overlap by more than this part of their size are refused at the start.
 const OVERLAP: f64 = 1e-9;
@@ -41,7 +43,7 @@ pub(crate) fn add_contacts(
             continue;
         }
         for pair in own {
-            add_pair(builder, pair, (names, &mut known), [origins, &mut compliant])?;
+            add_pair(builder, pair, names, &mut known, [origins, &mut compliant])?;
         }
     }
     origins.append(&mut compliant);
@@ -52,7 +54,8 @@ pub(crate) fn add_contacts(
 fn add_pair<'a>(
     builder: &mut MechanismBuilder,
     pair: &ContactPair<'a>,
-    (names, known): (&Names<'a>, &mut KnownShapes<'a>),
+    names: &Names<'a>,
+    known: &mut KnownShapes<'a>,
     [by_impulses, compliant]: [&mut Vec<ContactOrigin>; 2],
 ) -> Result<(), ModelError> {
     let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
@@ -76,8 +79,9 @@ fn add_pair<'a>(
             }
             None => {
                 let [on_a, on_b] = shapes;
-                let (shapes, law) = (Pair::new(on_a, on_b).map_err(refused)?, law(pair.contact));
-                let own = Arc::new(rigid([a, b.as_str()], frames, shapes, (contact, law)));
+                let (shapes, law) =
+                    (ShapePair::new(on_a, on_b).map_err(refused)?, law(pair.contact));
+                let own = Arc::new(rigid([a, b.as_str()], frames, shapes, contact, law));
                 builder.contact(own.clone());
                 (ShapeElement::Rigid(own), &mut *by_impulses)
             }
@@ -200,7 +204,7 @@ pub(crate) fn overlaps(
         if gap >= -OVERLAP * element.size() {
             continue; // what is not a number is refused
         }
-        let (contact, Sides { a, b, number, of }) = (&shapes.contact, shapes.sides(feature));
+        let (contact, FeatureSides { a, b, number, of }) = (&shapes.contact, shapes.sides(feature));
         let side = if a == GROUND { format!("`{contact}`") } else { format!("`{a}`") };
         let point = if of > 1 { format!(" (point {number})") } else { String::new() };
         let depth = length(-gap);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use vi_constraints::nonsmooth::ContactLaw;
 use vi_multibody::contact::shape_contact::ShapeContact;
 use vi_multibody::joint::FrameId;
-use vi_rigid::gap::{ContactShape, Pair};
+use vi_rigid::gap::{ContactShape, ShapePair};
 
 /// The gaps between all shapes of two bodies, which do not touch by that; `None` where there is
 /// none.
@@ -20,9 +20,9 @@ pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<Shap
     let frames = bodies.map(|name| names.frame(name));
     let both = on_a.iter().flat_map(|a| on_b.iter().map(move |b| [a.clone(), b.clone()]));
     let element = |[a, b]: [ContactShape; 2]| {
-        let pair = Pair::new(a, b).ok()?;
+        let pair = ShapePair::new(a, b).ok()?;
         let law = ContactLaw::Frictionless { restitution: 0.0 };
-        Some(ShapeElement::Rigid(Arc::new(rigid(bodies, frames, pair, ("", law)))))
+        Some(ShapeElement::Rigid(Arc::new(rigid(bodies, frames, pair, "", law))))
     };
     both.map(element).collect()
 }
@@ -31,8 +31,9 @@ pub(crate) fn clearance(bodies: [&str; 2], names: &Names<'_>) -> Option<Vec<Shap
 pub(super) fn rigid(
     bodies: [&str; 2],
     frames: [FrameId; 2],
-    pair: Pair,
-    (source, law): (&str, ContactLaw),
+    pair: ShapePair,
+    source: &str,
+    law: ContactLaw,
 ) -> ShapeContact {
     let (name, source) = (bodies.join("–"), source.to_owned());
     let size = pair.extent().max(f64::MIN_POSITIVE);

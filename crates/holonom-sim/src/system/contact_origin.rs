@@ -58,7 +58,7 @@ pub enum TouchingBodies {
 
 /// The bodies of a feature, and its number among those of the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sides<'a> {
+pub struct FeatureSides<'a> {
     /// The body of the one side, or what carries the plane.
     pub a: &'a str,
     /// The body of the other side.
@@ -107,10 +107,10 @@ impl TouchingBodies {
 impl TouchingShapes {
     /// The bodies of a feature.
     #[must_use]
-    pub fn sides(&self, feature: u32) -> Sides<'_> {
+    pub fn sides(&self, feature: u32) -> FeatureSides<'_> {
         match (&self.bodies, &self.element) {
             (TouchingBodies::Pair { a, b, first, features, .. }, _) => {
-                Sides { a, b, number: first + feature, of: *features }
+                FeatureSides { a, b, number: first + feature, of: *features }
             }
             (TouchingBodies::Group(bodies), ShapeElement::Group(group)) => {
                 let (i, j) = group.pair(feature);
@@ -124,9 +124,9 @@ impl TouchingShapes {
                         count += group.features_of(k, l);
                     }
                 }
-                Sides { a, b, number, of: count }
+                FeatureSides { a, b, number, of: count }
             }
-            _ => Sides { a: "", b: "", number: feature, of: 1 }, // a group is of a group
+            _ => FeatureSides { a: "", b: "", number: feature, of: 1 }, // a group is of a group
         }
     }
 
@@ -162,7 +162,7 @@ impl ContactOrigin {
     pub fn place(&self, feature: u32) -> String {
         match self {
             Self::Shapes(shapes) => {
-                let Sides { a, b, number, of } = shapes.sides(feature);
+                let FeatureSides { a, b, number, of } = shapes.sides(feature);
                 let bodies = if a == GROUND { b.to_owned() } else { format!("{a} and {b}") };
                 match of > 1 {
                     true => format!("{bodies} (point {number})"),

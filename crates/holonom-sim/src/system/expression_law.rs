@@ -2,14 +2,14 @@
 
 use super::law_fault::{LastFault, LawFault};
 use holonom_model::ALONG;
-use holonom_model::expression::{Program, Undefined};
+use holonom_model::expression::{ExpressionProgram, UndefinedPart};
 use vi_multibody::joint_force::{EffortBends, EffortSlopes, JointLaw};
 
 /// An expression of time, coordinate and rate, N or N·m.
 #[derive(Debug)]
 pub(crate) struct ExpressionLaw {
     owner: String,
-    program: Program,
+    program: ExpressionProgram,
     dissipative: bool,
     affine: bool,
     constant: Option<EffortSlopes>, // of an affine expression without the time
@@ -18,7 +18,7 @@ pub(crate) struct ExpressionLaw {
 
 impl ExpressionLaw {
     /// Of [`ALONG`], of `owner`, in words.
-    pub(super) fn new(owner: String, program: Program, is_conservative: bool) -> Self {
+    pub(super) fn new(owner: String, program: ExpressionProgram, is_conservative: bool) -> Self {
         let dissipative = program.reads(2) && !is_conservative;
         let affine = program.is_affine(|input| input > 0);
         let mut slopes = [0.0; 3];
@@ -40,8 +40,8 @@ impl ExpressionLaw {
     }
 
     #[cold]
-    fn note(&self, at: [f64; 3], undefined: &Undefined) -> f64 {
-        self.fault.note(&self.owner, (&self.program, undefined), &ALONG, (&at, at[0]))
+    fn note(&self, at: [f64; 3], undefined: &UndefinedPart) -> f64 {
+        self.fault.note(&self.owner, &self.program, undefined, &ALONG, &at, at[0])
     }
 }
 

@@ -11,7 +11,7 @@ pub use super::input::{Input, InputPlace};
 use super::coordinate::coordinate;
 use super::input::nothing;
 use super::names::Names;
-use super::outside::{Outside, OutsideLaw};
+use super::outside::{ExternalActions, OutsideLaw};
 use holonom_model::{Load, Model, ModelError};
 use nalgebra::Vector3;
 use std::sync::Arc;
@@ -57,7 +57,7 @@ pub(super) fn control_loads<'a>(
 }
 
 /// That the values of controls are zero where nothing from outside sets them.
-pub(crate) fn idle_controls(model: &Model, outside: &Outside) -> Option<String> {
+pub(crate) fn idle_controls(model: &Model, outside: &ExternalActions) -> Option<String> {
     let names: Vec<String> = model.controls.iter().map(|own| format!("`{}`", own.name)).collect();
     let idle = !names.is_empty() && outside.inputs.is_empty();
     idle.then(|| format!("the values of controls are zero in a run: {}", names.join(", ")))

@@ -6,10 +6,10 @@ use super::expression_law::ExpressionLaw;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::rates::RatesLaw;
-use super::signal::network::{Network, Source};
+use super::signal::network::{Network, NumberSource};
 use super::signal::{Needed, Terms, refusal};
 use super::time_function::OfTime;
-use holonom_model::expression::{Program, Undefined};
+use holonom_model::expression::{ExpressionProgram, UndefinedPart};
 use holonom_model::{ALONG, Formula, Frame, Law, MOTION, Model, ModelError, Quantities, Quantity};
 use std::sync::Arc;
 use vi_multibody::builder::{ActOn, MechanismBuilder, Read};
@@ -20,24 +20,24 @@ use vi_multibody::wrench_law::{INPUTS, WrenchLaw, WrenchSlopes};
 #[derive(Debug)]
 pub(crate) struct MotionLaw {
     name: String,
-    programs: [Option<Program>; 6],
+    programs: [Option<ExpressionProgram>; 6],
     dissipative: bool,
     fault: LastFault,
 }
 
 impl MotionLaw {
-    fn new(law: &Law, programs: [Option<Program>; 6]) -> Self {
+    fn new(law: &Law, programs: [Option<ExpressionProgram>; 6]) -> Self {
         let programs = programs.map(|program| program.filter(|own| own.constant() != Some(0.0)));
-        let reads = |own: &Program| (4..MOTION.len()).any(|input| own.reads(input));
+        let reads = |own: &ExpressionProgram| (4..MOTION.len()).any(|input| own.reads(input));
         let reads_rates = programs.iter().flatten().any(reads);
         let (name, fault) = (law.name.clone(), LastFault::default());
         Self { name, programs, dissipative: reads_rates && !law.conservative, fault }
     }
 
     #[cold]
-    fn note(&self, y: &[f64], program: &Program, undefined: &Undefined) -> f64 {
+    fn note(&self, y: &[f64], program: &ExpressionProgram, undefined: &UndefinedPart) -> f64 {
         let owner = label(&self.name);
-        self.fault.note(&owner, (program, undefined), &MOTION, (y, y[0]))
+        self.fault.note(&owner, program, undefined, &MOTION, y, y[0])
     }
 }
 
@@ -113,7 +113,7 @@ impl OwnLaw {
         match self {
             Self::Along(law) => vec![law.jumps()],
             Self::Motion(law) => {
-                let all = law.programs.iter().flatten().flat_map(Program::jumps);
+                let all = law.programs.iter().flatten().flat_map(ExpressionProgram::jumps);
                 vec![(label(&law.name), all.collect())]
             }
             Self::Rates(law) => vec![law.jumps()],
@@ -179,7 +179,7 @@ fn law_on<'a>(
     let own = terms.of_point(at, names.index(on), base);
     let mut efforts = [None; 6];
     for (key, place, formula) in stated {
-        efforts[place] = Some(terms.formula((&label(&law.name), &key), formula, &own)?);
+        efforts[place] = Some(terms.formula(&label(&law.name), &key, formula, &own)?);
     }
     let on = match base.map(|base| names.frames[base]) {
         Some(base) => ActOn::Relative { at, base, follows },
@@ -237,11 +237,11 @@ fn law_along<'a>(
         ActOn::Member { .. } | ActOn::Relative { .. } => return Ok(None),
     };
     let own = [
-        ("t", Source::Input(0)),
+        ("t", NumberSource::Input(0)),
         ("x", terms.input(x, "x".to_owned())),
         ("v", terms.input(v, "v".to_owned())),
     ];
-    let effort = terms.formula((&label(&law.name), &key), formula, &own)?;
+    let effort = terms.formula(&label(&law.name), &key, formula, &own)?;
     Ok(Some(add(builder, law, on, terms, &[Some(effort)])))
 }
 
@@ -261,7 +261,7 @@ fn add(
     law: &Law,
     on: ActOn,
     terms: &Terms<'_>,
-    efforts: &[Option<Source>],
+    efforts: &[Option<NumberSource>],
 ) -> OwnLaw {
     let Needed { network, reads, states } = terms.needed(efforts, law.conservative);
     builder.law(on, reads, states, network.clone()).named(&law.name);

@@ -1,7 +1,7 @@
 //! Why an expression of a law, a bushing or a signal has no value.
 
 use crate::run::outcome::RunFailure;
-use holonom_model::expression::{Program, Undefined};
+use holonom_model::expression::{ExpressionProgram, UndefinedPart};
 use std::sync::{Mutex, PoisonError};
 
 /// An expression without a value: the name of the law, why, and where.
@@ -34,9 +34,11 @@ impl LastFault {
     pub(crate) fn note(
         &self,
         owner: &str,
-        (program, undefined): (&Program, &Undefined),
+        program: &ExpressionProgram,
+        undefined: &UndefinedPart,
         names: &[&str],
-        (at, t): (&[f64], f64),
+        at: &[f64],
+        t: f64,
     ) -> f64 {
         let mut message = format!("{owner}: {undefined}");
         for (k, (name, value)) in names.iter().zip(at).enumerate() {

@@ -23,17 +23,17 @@ pub(crate) mod time_function;
 pub(crate) mod works;
 
 use crate::dynamics::Dynamics;
-use crate::event::switches::Lock;
+use crate::event::switches::HeldJoint;
 use crate::sample::{Member, MemberKind};
 use crate::sensor::Sensors;
 use crate::system::names::Names;
-use beams::{Added, BeamParts, Beams};
+use beams::{AddedBeams, BeamParts, Beams};
 use contact_origin::ContactOrigin;
 use holonom_model::{
     Frame, Model, ModelError, Problem, Quantities, Sensor, Settings, StartPoints, Strain,
 };
 use nalgebra::Vector3;
-use outside::Outside;
+use outside::ExternalActions;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use time_function::TimeFunctions;
@@ -73,14 +73,14 @@ pub struct System {
 /// # Errors
 /// [`ModelError`] for what only shows when numbers meet: inertias, loads.
 pub fn build(model: &Model) -> Result<System, ModelError> {
-    build_with(model, &Outside::default())
+    build_with(model, &ExternalActions::default())
 }
 
 /// The same with what acts from outside.
 ///
 /// # Errors
 /// [`ModelError`]; also for what acts on nothing.
-pub fn build_with(model: &Model, outside: &Outside) -> Result<System, ModelError> {
+pub fn build_with(model: &Model, outside: &ExternalActions) -> Result<System, ModelError> {
     build_sensing(model, outside, &[], &model.sensors)
 }
 
@@ -88,8 +88,8 @@ pub fn build_with(model: &Model, outside: &Outside) -> Result<System, ModelError
 /// the model.
 pub(crate) fn build_sensing(
     model: &Model,
-    outside: &Outside,
-    locks: &[Lock],
+    outside: &ExternalActions,
+    locks: &[HeldJoint],
     sensors: &[Sensor],
 ) -> Result<System, ModelError> {
     let planar = model.header.dimension == 2;
@@ -105,7 +105,7 @@ pub(crate) fn build_sensing(
         outside,
     };
     builder.description().map_err(refusal)?; // what is wrong with a body is said first
-    let Added { list, elements, supports } = beams::add(model, &mut builder)?;
+    let AddedBeams { list, elements, supports } = beams::add(model, &mut builder)?;
     names.frames = builder.frames().collect();
     for frame in &names.frames {
         names.principal.push(builder.principal_axes(*frame).map_err(refusal)?);
@@ -157,10 +157,10 @@ pub(crate) fn build_sensing(
     }
     for load in &model.loads {
         let history = times.history(&history_of(load), &load.history);
-        add_load(&mut builder, (load, history), &names, &elements, &list)?;
+        add_load(&mut builder, load, history, &names, &elements, &list)?;
     }
     for (load, value) in held::control_loads(model, &outside.inputs) {
-        add_load(&mut builder, (&load, value), &names, &elements, &list)?;
+        add_load(&mut builder, &load, value, &names, &elements, &list)?;
     }
     laws.extend(times.expressions.into_iter().map(law::OwnLaw::Time));
     laws.extend(times.springs.into_iter().map(law::OwnLaw::Along));
@@ -306,7 +306,8 @@ fn history_of(load: &holonom_model::Load) -> String {
 /// Adds a `[[load]]`: one, or one for each node of a beam.
 fn add_load(
     builder: &mut MechanismBuilder,
-    (load, history): (&holonom_model::Load, TimeHistory),
+    load: &holonom_model::Load,
+    history: TimeHistory,
     names: &Names<'_>,
     parts: &BeamElements,
     beams: &[BeamParts],
@@ -325,7 +326,7 @@ fn add_load(
         builder.particle_load(*particle, load.force, history).named(&load.name);
         return Ok(());
     }
-    let along = loads_along(load, [force, torque], &history, (parts, beams))?;
+    let along = loads_along(load, [force, torque], &history, parts, beams)?;
     along.into_iter().for_each(|part| builder.load_of_frame(&load.name, part));
     Ok(())
 }
@@ -339,7 +340,8 @@ pub(crate) fn loads_along(
     load: &holonom_model::Load,
     by: [Vector3<f64>; 2],
     history: &TimeHistory,
-    (parts, beams): (&BeamElements, &[BeamParts]),
+    parts: &BeamElements,
+    beams: &[BeamParts],
 ) -> Result<Vec<Load>, ModelError> {
     let ([force, torque], kind) = (by, load_kind(load));
     let beam = beams.iter().filter(|b| Some(&b.name) == load.beam.as_ref());

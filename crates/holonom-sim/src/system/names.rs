@@ -1,7 +1,7 @@
 //! Where the members of a model are among those of the mechanism.
 
 use super::joint_drive::{JointDrive, joint_elements};
-use super::outside::Outside;
+use super::outside::ExternalActions;
 use super::time_function::TimeFunctions;
 use holonom_model::{Joint, Model};
 use nalgebra::Matrix3;
@@ -18,7 +18,7 @@ pub(crate) struct Names<'a> {
     // of all frames: body components → principal components: its transpose
     pub(crate) principal: Vec<Matrix3<f64>>,
     pub(crate) joints: BTreeMap<&'a str, (&'a Joint, JointId)>,
-    pub(crate) outside: &'a Outside,
+    pub(crate) outside: &'a ExternalActions,
 }
 
 impl Names<'_> {

@@ -8,11 +8,11 @@ use vi_multibody::held_effort::HeldEffort;
 use vi_multibody::joint_force::JointLaw;
 
 /// Value, rate and acceleration at a time.
-pub type Path = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+pub type PrescribedPath = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
 
 /// What acts from outside. Clones share their inputs, laws and paths.
 #[derive(Clone, Debug, Default)]
-pub struct Outside {
+pub struct ExternalActions {
     /// What is held over a step.
     pub inputs: Vec<Input>,
     /// What is evaluated within Newton's method.
@@ -65,7 +65,7 @@ pub struct OutsideMotion {
     /// The constraint.
     pub constraint: String,
     /// Value, rate, acceleration.
-    pub path: Path,
+    pub path: PrescribedPath,
 }
 
 impl std::fmt::Debug for OutsideMotion {
@@ -86,7 +86,7 @@ pub struct JointStart {
     pub rates: Vec<(String, usize, f64)>,
 }
 
-impl Outside {
+impl ExternalActions {
     /// Inputs alone.
     #[must_use]
     pub fn of_inputs(inputs: &[Input]) -> Self {
@@ -146,7 +146,7 @@ impl Outside {
     }
 
     /// The path of a prescribed motion.
-    pub(crate) fn path(&self, constraint: &str) -> Option<Path> {
+    pub(crate) fn path(&self, constraint: &str) -> Option<PrescribedPath> {
         let own = self.motions.iter().find(|motion| motion.constraint == constraint);
         own.map(|motion| motion.path.clone())
     }

@@ -4,19 +4,19 @@ use super::coordinate::coordinate;
 use super::law_fault::{LastFault, LawFault};
 use super::names::Names;
 use super::signal::refusal;
-use holonom_model::expression::Program;
+use holonom_model::expression::ExpressionProgram;
 use holonom_model::{Constraint, Formula, Frame, ModelError, Quantities, Quantity, TIME};
 use nalgebra::DMatrix;
 use std::sync::{Arc, Mutex, PoisonError};
-use vi_multibody::builder::{MechanismBuilder, RateOf, Read};
+use vi_multibody::builder::{ConstrainedRate, MechanismBuilder, Read};
 use vi_multibody::law::Law;
 
 /// `c_k`, then `b`, of the time and of places.
 #[derive(Debug)]
 pub(crate) struct RatesLaw {
     name: String,
-    programs: Vec<Option<Program>>, // `None`: zero
-    names: Vec<String>,             // of the inputs
+    programs: Vec<Option<ExpressionProgram>>, // `None`: zero
+    names: Vec<String>,                       // of the inputs
     fault: LastFault,
     row: Mutex<Vec<f64>>,
 }
@@ -29,7 +29,7 @@ impl RatesLaw {
 
     /// What jumps in it.
     pub(super) fn jumps(&self) -> (String, Vec<&'static str>) {
-        let all = self.programs.iter().flatten().flat_map(Program::jumps);
+        let all = self.programs.iter().flatten().flat_map(ExpressionProgram::jumps);
         (self.label(), all.collect())
     }
 
@@ -40,12 +40,12 @@ impl RatesLaw {
     #[cold]
     fn note(
         &self,
-        program: &Program,
-        undefined: &holonom_model::expression::Undefined,
+        program: &ExpressionProgram,
+        undefined: &holonom_model::expression::UndefinedPart,
         y: &[f64],
     ) -> f64 {
         let names: Vec<&str> = self.names.iter().map(String::as_str).collect();
-        self.fault.note(&self.label(), (program, undefined), &names, (y, y[0]))
+        self.fault.note(&self.label(), program, undefined, &names, y, y[0])
     }
 }
 
@@ -102,13 +102,18 @@ pub(super) fn add_rates(
         let joint = term.joint.as_deref().and_then(|joint| names.joint(joint));
         if let Some((joint, id)) = joint {
             let at = coordinate(joint, id, term.freedom, format!("{key}.freedom"))?;
-            rates.push(RateOf::Coordinate(at));
+            rates.push(ConstrainedRate::Coordinate(at));
         } else if let Some((of, body)) =
             term.of.as_deref().and_then(|of| Some((of, names.body(of)?)))
         {
             let at = names.point(of, term.point.unwrap_or_default());
             let along = term.direction.unwrap_or_default().into();
-            rates.push(RateOf::Point { body, at, along, follows: term.axes == Frame::Body });
+            rates.push(ConstrainedRate::Point {
+                body,
+                at,
+                along,
+                follows: term.axes == Frame::Body,
+            });
         }
     }
     let value =

@@ -3,26 +3,26 @@
 
 use super::expression_law::ExpressionLaw;
 use super::law_fault::{LastFault, LawFault};
-use holonom_model::expression::{Program, Undefined};
+use holonom_model::expression::{ExpressionProgram, UndefinedPart};
 use holonom_model::{ALONG, Curves, Formula, History, JointSpring, Model, MotionPath, TIME};
 use std::sync::Arc;
 use vi_rigid::time_history::{TimeFunction, TimeHistory};
 
 /// Value, rate and acceleration by the time, s.
-pub(crate) type Path = Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+pub(crate) type TimePath = Box<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
 
 /// An expression of the time, which knows why it has no value.
 #[derive(Debug)]
 pub(crate) struct OfTime {
     owner: String,
-    program: Program,
+    program: ExpressionProgram,
     fault: LastFault,
 }
 
 impl OfTime {
     #[cold]
-    fn note(&self, t: f64, undefined: &Undefined) -> f64 {
-        self.fault.note(&self.owner, (&self.program, undefined), &TIME, (&[t], t))
+    fn note(&self, t: f64, undefined: &UndefinedPart) -> f64 {
+        self.fault.note(&self.owner, &self.program, undefined, &TIME, &[t], t)
     }
 
     fn value(&self, t: f64) -> f64 {
@@ -57,7 +57,7 @@ impl<'a> TimeFunctions<'a> {
         Self { curves: Curves::new(model), expressions: Vec::new(), springs: Vec::new() }
     }
 
-    fn keep(&mut self, owner: &str, program: Program) -> Arc<OfTime> {
+    fn keep(&mut self, owner: &str, program: ExpressionProgram) -> Arc<OfTime> {
         let (owner, fault) = (owner.to_owned(), LastFault::default());
         let own = Arc::new(OfTime { owner, program, fault });
         self.expressions.push(own.clone());
@@ -90,7 +90,7 @@ impl<'a> TimeFunctions<'a> {
     }
 
     /// The path of `owner`, in words.
-    pub(crate) fn path(&mut self, owner: &str, path: &MotionPath) -> Path {
+    pub(crate) fn path(&mut self, owner: &str, path: &MotionPath) -> TimePath {
         match path.program(&self.curves) {
             Some(program) => {
                 let own = self.keep(owner, program);

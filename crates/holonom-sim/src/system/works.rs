@@ -20,7 +20,7 @@ use vi_multibody::spring::Spring;
 
 /// What an element stores.
 #[derive(Clone, Debug)]
-pub(crate) enum Stored {
+pub(crate) enum ElementStore {
     /// A spring of this joint.
     Joint(usize, Box<JointSpring>),
     /// A spring between points, by its number.
@@ -35,7 +35,7 @@ pub(crate) struct ForceWork {
     /// The name of the force.
     pub(crate) force: String,
     /// The energy.
-    pub(crate) stored: Option<Stored>,
+    pub(crate) stored: Option<ElementStore>,
 }
 
 impl ForceWork {
@@ -54,30 +54,30 @@ impl ForceWork {
                 ElementLaw::Spring { stiffness, rest } => {
                     let coordinate = mechanism.coordinate(joint, freedom)?;
                     let spring = JointSpring { coordinate, stiffness, rest };
-                    Some(Stored::Joint(joint, Box::new(spring)))
+                    Some(ElementStore::Joint(joint, Box::new(spring)))
                 }
                 _ => None,
             })
         });
         let spring = || {
             let k = model.springs.iter().position(|own| own.name == force)?;
-            Some(Stored::Spring(k, forces.springs.get(k)?.clone()))
+            Some(ElementStore::Spring(k, forces.springs.get(k)?.clone()))
         };
         let bushing = || {
             let own = forces.bushings.iter().find(|own| own.name == force)?;
-            Some(Stored::Bushing(Box::new(own.spring.clone())))
+            Some(ElementStore::Bushing(Box::new(own.spring.clone())))
         };
         Self { force: force.to_owned(), stored: of_joint.or_else(spring).or_else(bushing) }
     }
 
     /// As a system takes it.
     pub(crate) fn working(&self) -> Working {
-        let stored = self.stored.as_ref().map(Stored::energy);
+        let stored = self.stored.as_ref().map(ElementStore::energy);
         Working { source: Source::Element(self.force.clone()), stored }
     }
 }
 
-impl Stored {
+impl ElementStore {
     /// `V`.
     pub(crate) fn energy(&self) -> Arc<dyn DiscretePotential> {
         match self {

@@ -15,13 +15,13 @@ use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
-use vi_verify::subject::Method;
+use vi_verify::subject::SteppingMethod;
 
 /// Part of a step to which the root of a condition is known, with the rounding of the step.
 const LOCATED: f64 = 1e-9;
 
 /// A run with one step.
-struct Run {
+struct StepRun {
     q: Vec<f64>,
     events: Vec<EventRecord>,
     slip: Option<f64>, // m/s or rad/s  largest, of what rolls
@@ -31,13 +31,13 @@ struct Run {
     exchanged: f64, // J  largest energy
 }
 
-fn run(model: &Model, step: f64) -> Result<Run, String> {
+fn run(model: &Model, step: f64) -> Result<StepRun, String> {
     let model = with_slips(model);
     let mut simulation = Simulation::new(&model).map_err(|error| error.to_string())?;
     let columns = simulation.sensors().columns().iter().enumerate();
     let slips: Vec<usize> =
         columns.filter(|(_, own)| own.sensor.starts_with(SLIP)).map(|(k, _)| k).collect();
-    let mut found = Run {
+    let mut found = StepRun {
         q: Vec::new(),
         events: Vec::new(),
         slip: (!slips.is_empty()).then_some(0.0),
@@ -80,7 +80,7 @@ fn with_slips(model: &Model) -> Model {
 }
 
 /// The findings of a model with events.
-pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
+pub(super) fn findings(model: &Model, method: SteppingMethod) -> Vec<Finding> {
     let finding = |criterion, quantity: &str, expected: &str| {
         let quantity = format!("{quantity}, across events");
         halved::finding(model, method, criterion, [&quantity, expected])
@@ -163,8 +163,8 @@ pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
 }
 
 /// The order where the same events act with all steps.
-fn order_across(finding: Finding, order: u32, runs: &[Run]) -> Finding {
-    let names = |run: &Run| run.events.iter().map(|own| own.event.clone()).collect::<Vec<_>>();
+fn order_across(finding: Finding, order: u32, runs: &[StepRun]) -> Finding {
+    let names = |run: &StepRun| run.events.iter().map(|own| own.event.clone()).collect::<Vec<_>>();
     if runs.iter().any(|run| names(run) != names(&runs[0])) {
         let reason = "other events act with another step".to_owned();
         return Finding { verdict: Verdict::Inconclusive, reason, ..finding };

@@ -7,10 +7,10 @@ use holonom_model::{Contact, GROUND, Model, Sensor, SensorKind};
 use holonom_sim::simulation::Simulation;
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
-use vi_verify::subject::Method;
+use vi_verify::subject::SteppingMethod;
 
 /// A run with one step.
-struct Run {
+struct ContactRun {
     q: Vec<f64>,
     residual: f64,
     beyond: f64,    // m or rad  the largest excess over a limit
@@ -69,7 +69,7 @@ fn norm(x: &[f64]) -> f64 {
     x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn run(mut model: Model) -> Result<Run, String> {
+fn run(mut model: Model) -> Result<ContactRun, String> {
     let bounds: Vec<_> = (model.joints.iter())
         .filter_map(|joint| Some((joint.name.clone(), joint.stops()?)))
         .collect();
@@ -104,7 +104,7 @@ fn run(mut model: Model) -> Result<Run, String> {
             || model.contact(source).is_some_and(Contact::is_rigid)
     };
     let works: Vec<usize> = works.filter(|(_, name)| of_impulses(name)).map(|(k, _)| k).collect();
-    let mut found = Run {
+    let mut found = ContactRun {
         q: Vec::new(),
         residual: 0.0,
         beyond: 0.0,
@@ -145,7 +145,7 @@ fn run(mut model: Model) -> Result<Run, String> {
 }
 
 /// The findings of a model with contacts, rigid stops or dry friction.
-pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
+pub(super) fn findings(model: &Model, method: SteppingMethod) -> Vec<Finding> {
     let finding = |criterion, quantity: &str, expected| {
         let quantity = match model.rigid_contacts().next().is_none() {
             true => format!("{quantity}, with stops and friction"),

@@ -3,7 +3,7 @@
 use holonom_model::{Model, Override};
 use vi_core::linear::norm_inf;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
-use vi_verify::subject::Method;
+use vi_verify::subject::SteppingMethod;
 
 /// Steps of the coarsest run, at most.
 const MOST: u64 = 20_000;
@@ -47,7 +47,7 @@ fn with_step(model: &Model, step: f64) -> Result<Model, String> {
 /// A finding that does not apply as yet, of the method of a model.
 pub(super) fn finding(
     model: &Model,
-    method: Method,
+    method: SteppingMethod,
     criterion: Criterion,
     [quantity, expected]: [&str; 2],
 ) -> Finding {

@@ -12,7 +12,7 @@ pub mod subject;
 mod works;
 
 pub use self::date::now;
-use self::moving::{Beginning, beginning};
+use self::moving::{FirstMotion, beginning};
 pub use self::provenance::Provenance;
 use self::subject::ModelSubject;
 use holonom_model::{Family, Model};
@@ -23,13 +23,13 @@ use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
-use vi_constraints::{Method as Order, SchemeKind};
+use vi_constraints::{OrderMethod as Order, SchemeKind};
 use vi_core::Composition;
 use vi_verify::certificate::{Certificate, Criterion};
 use vi_verify::certify::{MeasurementPlan, certify};
 use vi_verify::convergence::{Horizon, nodes, relative_difference};
 use vi_verify::measure::applicable;
-use vi_verify::subject::{GalerkinForm, Method, Subject};
+use vi_verify::subject::{GalerkinForm, SteppingMethod, Subject};
 
 /// Coordinates up to which the dense schemes are measured too.
 const DENSE_UP_TO: usize = 200;
@@ -103,21 +103,23 @@ pub fn certify_model(
 ) -> Result<ModelCertificate, String> {
     let own = match model.settings.scheme.family() {
         Family::Variational(kind) => match model.settings.method() {
-            Order::Galerkin(_) => GalerkinForm::of(kind).map_or(Method::NODAL, Method::Galerkin),
-            Order::Composition(_) => Method::Variational(kind),
+            Order::Galerkin(_) => {
+                GalerkinForm::of(kind).map_or(SteppingMethod::NODAL, SteppingMethod::Galerkin)
+            }
+            Order::Composition(_) => SteppingMethod::Variational(kind),
         },
-        Family::EnergyMomentum(form) => Method::EnergyMomentum(form),
+        Family::EnergyMomentum(form) => SteppingMethod::EnergyMomentum(form),
         Family::Static => return Err("the model asks for statics, and nothing moves".into()),
     };
     let mut subject = ModelSubject::new(model.clone());
     let (mut rest, mut from) = (model.clone(), 0.0); // rest: of the run, from there on
     match beginning(&subject, model, own)? {
-        Beginning::Rest => {
+        FirstMotion::Rest => {
             let locked = Simulation::new(model).is_ok_and(|run| run.assembly().counts.dof == 0);
             return Err(if locked { NOTHING_CAN_MOVE } else { NOTHING_MOVES }.into());
         }
-        Beginning::Motion => {}
-        Beginning::Later(start) => {
+        FirstMotion::Motion => {}
+        FirstMotion::Later(start) => {
             progress(&format!("from t = {} s on: the model rests before", time(start.t)));
             (rest.settings.end, from) = (model.settings.end - start.t, start.t);
             subject.start_at(start);
@@ -181,17 +183,21 @@ fn motion(model: &Model) -> Option<Frames> {
 
 /// What is measured on a model: everything where it is small, the production scheme where it is
 /// not.
-fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<MeasurementPlan, String> {
+fn plan(
+    subject: &ModelSubject,
+    model: &Model,
+    own: SteppingMethod,
+) -> Result<MeasurementPlan, String> {
     let (h, steps) = (model.settings.step, model.settings.steps());
-    let n = subject.start(vi_verify::subject::Setting::new(own, 2, h))?.q().len();
+    let n = subject.start(vi_verify::subject::SchemeSetting::new(own, 2, h))?.q().len();
     let candidates = match n <= DENSE_UP_TO {
         true => vec![
-            Method::NODAL,
-            Method::Variational(SchemeKind::Constrained),
-            Method::Variational(SchemeKind::Dalembert),
-            Method::Variational(SchemeKind::Reduced),
+            SteppingMethod::NODAL,
+            SteppingMethod::Variational(SchemeKind::Constrained),
+            SteppingMethod::Variational(SchemeKind::Dalembert),
+            SteppingMethod::Variational(SchemeKind::Reduced),
         ],
-        false => vec![Method::NODAL],
+        false => vec![SteppingMethod::NODAL],
     };
     let mut methods = applicable(subject, &candidates, h);
     if !methods.contains(&own) {
@@ -204,12 +210,12 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Measuremen
         orders.dedup();
         orders
     };
-    let orders = |k: usize, method: Method| match (k, method) {
-        (_, Method::Galerkin(_)) => with_own(vec![4, 6, 8]),
-        (0, Method::Variational(_)) if Composition::of_order(own_order).is_some() => {
+    let orders = |k: usize, method: SteppingMethod| match (k, method) {
+        (_, SteppingMethod::Galerkin(_)) => with_own(vec![4, 6, 8]),
+        (0, SteppingMethod::Variational(_)) if Composition::of_order(own_order).is_some() => {
             with_own(vec![2, 4])
         }
-        (0, Method::Variational(_)) => vec![2, 4],
+        (0, SteppingMethod::Variational(_)) => vec![2, 4],
         _ => vec![2],
     };
     let methods = methods.into_iter().enumerate().map(|(k, m)| (m, orders(k, m))).collect();
@@ -232,15 +238,16 @@ fn plan(subject: &ModelSubject, model: &Model, own: Method) -> Result<Measuremen
 /// The step for an accuracy, from the errors at the step of the model and half of it.
 fn recommend(
     subject: &ModelSubject,
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     model: &Model,
     accuracy: f64,
 ) -> Recommendation {
     let h = model.settings.step;
     let sub_steps = Composition::of_order(order).map_or(1, |c| c.gammas().len() as u64);
-    let size =
-        subject.start(vi_verify::subject::Setting::new(method, 2, h)).map_or(1, |m| m.q().len());
+    let size = subject
+        .start(vi_verify::subject::SchemeSetting::new(method, 2, h))
+        .map_or(1, |m| m.q().len());
     let affordable = BUDGET / (7 * sub_steps * size.max(1) as u64);
     let wanted = model.settings.steps().max(4);
     let mut steps = wanted.min(affordable.max(64)) / 4 * 4;
@@ -293,7 +300,7 @@ fn recommend(
 /// Estimated relative error of `steps` steps; `None` where three runs do not show the order.
 fn error_at(
     subject: &ModelSubject,
-    method: Method,
+    method: SteppingMethod,
     order: u32,
     end: f64,
     steps: u64,

@@ -4,7 +4,7 @@
 use super::subject::{ModelSubject, MovingNode};
 use holonom_model::Model;
 use vi_core::linear::norm_inf;
-use vi_verify::subject::{Method, Setting, Subject};
+use vi_verify::subject::{SchemeSetting, SteppingMethod, Subject};
 
 /// Displacements up to this, relative to the largest coordinate, are round-off.
 const AT_REST: f64 = 1e-12;
@@ -16,7 +16,7 @@ const BRIEF: usize = 12;
 const STEPS: u64 = 20_000;
 
 /// What a model does at first.
-pub(super) enum Beginning {
+pub(super) enum FirstMotion {
     /// Nothing moves.
     Rest,
     /// It moves from its initial values on, or cannot be stepped.
@@ -32,29 +32,29 @@ pub(super) enum Beginning {
 pub(super) fn beginning(
     subject: &ModelSubject,
     model: &Model,
-    method: Method,
-) -> Result<Beginning, String> {
-    let setting = Setting::new(method, 2, model.settings.step);
+    method: SteppingMethod,
+) -> Result<FirstMotion, String> {
+    let setting = SchemeSetting::new(method, 2, model.settings.step);
     let steps = model.settings.steps().clamp(4, STEPS);
     let lengths = lengths(subject, setting, steps)?;
     let longest = norm_inf(&lengths);
     if longest <= AT_REST {
         let all = lengths.len() as u64 == steps;
-        return Ok(if all { Beginning::Rest } else { Beginning::Motion });
+        return Ok(if all { FirstMotion::Rest } else { FirstMotion::Motion });
     }
     let begun = lengths.iter().position(|length| *length >= MOVING * longest).unwrap_or(0);
     if begun <= BRIEF {
-        return Ok(Beginning::Motion);
+        return Ok(FirstMotion::Motion);
     }
     let mut motion = subject.start(setting)?;
     (0..begun).try_for_each(|_| motion.step())?;
     let v = motion.velocity()?;
     let (q, v) = motion.consistent(motion.q(), &v)?;
-    Ok(Beginning::Later(MovingNode { t: motion.time(), q, v }))
+    Ok(FirstMotion::Later(MovingNode { t: motion.time(), q, v }))
 }
 
 /// `|q_{n+1} − q_n|` over the largest coordinate, of the steps up to one that fails.
-fn lengths(subject: &ModelSubject, setting: Setting, steps: u64) -> Result<Vec<f64>, String> {
+fn lengths(subject: &ModelSubject, setting: SchemeSetting, steps: u64) -> Result<Vec<f64>, String> {
     let mut motion = subject.start(setting)?;
     let mut q = motion.q().to_vec();
     let mut lengths = Vec::new();

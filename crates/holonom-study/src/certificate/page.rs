@@ -5,12 +5,12 @@ use crate::equations;
 use holonom_model::Model;
 use holonom_report::page::{escape, figure, foot, head, heading, push_list, push_model};
 use holonom_report::scene::Scene;
-use holonom_report::{Chart, ChartAxis, Series, Strokes, time};
+use holonom_report::{ChartAxis, LineChart, Series, Strokes, time};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use vi_verify::certificate::{Study, Verdict, counts};
-use vi_verify::convergence::Quantity;
-use vi_verify::subject::Method;
+use vi_verify::convergence::StudiedQuantity;
+use vi_verify::subject::SteppingMethod;
 use vi_verify::table::{Cell, CertificateTable, remarks, tables};
 
 /// The verdict in a sentence.
@@ -131,10 +131,10 @@ fn push_table(html: &mut String, table: &CertificateTable) {
     html.push_str("</table></div>\n");
 }
 
-fn charts(of: &ModelCertificate) -> Vec<Chart> {
+fn charts(of: &ModelCertificate) -> Vec<LineChart> {
     let mut charts = Vec::new();
-    for quantity in [Quantity::Position, Quantity::Momentum] {
-        let title = format!("Error of {}", quantity.name(Method::NODAL));
+    for quantity in [StudiedQuantity::Position, StudiedQuantity::Momentum] {
+        let title = format!("Error of {}", quantity.name(SteppingMethod::NODAL));
         let curves = of.certificate.studies.iter().filter_map(|s| error_curve(s, quantity));
         let y = ChartAxis::logarithmic("largest relative error", "");
         charts.push(chart(
@@ -172,11 +172,17 @@ fn charts(of: &ModelCertificate) -> Vec<Chart> {
     charts
 }
 
-fn chart(title: &str, x: ChartAxis, y: ChartAxis, curves: Vec<Series>, strokes: Strokes) -> Chart {
-    Chart { title: title.to_owned(), x, y, strokes, resolution: 0.0, marks: Vec::new(), curves }
+fn chart(
+    title: &str,
+    x: ChartAxis,
+    y: ChartAxis,
+    curves: Vec<Series>,
+    strokes: Strokes,
+) -> LineChart {
+    LineChart { title: title.to_owned(), x, y, strokes, resolution: 0.0, marks: Vec::new(), curves }
 }
 
-fn error_curve(study: &Study, quantity: Quantity) -> Option<Series> {
+fn error_curve(study: &Study, quantity: StudiedQuantity) -> Option<Series> {
     let curve = study.curves.iter().find(|c| c.quantity == quantity)?;
     Some(Series {
         name: format!("{} {}", study.method.name(), study.order),

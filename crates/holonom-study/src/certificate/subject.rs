@@ -3,14 +3,14 @@
 use holonom_model::{Model, ModelError, Settings};
 use holonom_sim::system::joint_contact::nonsmooth_options;
 use holonom_sim::system::{self, System};
-use vi_constraints::{InitialValues, Method as Order, Options, SchemeKind};
+use vi_constraints::{InitialValues, Options, OrderMethod as Order, SchemeKind};
 use vi_core::Composition;
 use vi_core::galerkin::Stages;
 use vi_emscheme::{EmAlgebra, EmOptions};
 use vi_multibody::Mechanism;
 use vi_multibody::run::{MechanismIntegrator, Solver, integrator, with_contacts};
-use vi_verify::running::Running;
-use vi_verify::subject::{Initial, Method, RunningMotion, Setting, Subject};
+use vi_verify::running::RunningSystem;
+use vi_verify::subject::{Initial, RunningMotion, SchemeSetting, SteppingMethod, Subject};
 
 /// A node at which a model moves.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +74,7 @@ impl ModelSubject {
     pub fn integrator(
         &self,
         kind: SchemeKind,
-        setting: Setting,
+        setting: SchemeSetting,
         at: Option<Initial<'_>>,
     ) -> Result<MechanismIntegrator, String> {
         let (System { mechanism, dynamics, .. }, settings) = self.build()?;
@@ -82,7 +82,7 @@ impl ModelSubject {
         let (q, v) = at.unwrap_or((&own.q, &own.v));
         let mut options = Options::new(kind, setting.step);
         options.method = match (setting.method, Stages::of_order(setting.order)) {
-            (Method::Galerkin(_), Some(stages)) => Order::Galerkin(stages),
+            (SteppingMethod::Galerkin(_), Some(stages)) => Order::Galerkin(stages),
             _ => Order::Composition(Composition::of_order(setting.order).unwrap_or_default()),
         };
         options.newton = settings.newton();
@@ -101,17 +101,17 @@ impl ModelSubject {
 impl Subject for ModelSubject {
     fn start_from(
         &self,
-        setting: Setting,
+        setting: SchemeSetting,
         at: Option<Initial<'_>>,
     ) -> Result<Box<dyn RunningMotion>, String> {
         match setting.method {
-            Method::Variational(kind) => {
-                Ok(Box::new(Running::variational(self.integrator(kind, setting, at)?)))
+            SteppingMethod::Variational(kind) => {
+                Ok(Box::new(RunningSystem::variational(self.integrator(kind, setting, at)?)))
             }
-            Method::Galerkin(form) => {
-                Ok(Box::new(Running::variational(self.integrator(form.kind(), setting, at)?)))
-            }
-            Method::EnergyMomentum(form) => {
+            SteppingMethod::Galerkin(form) => Ok(Box::new(RunningSystem::variational(
+                self.integrator(form.kind(), setting, at)?,
+            ))),
+            SteppingMethod::EnergyMomentum(form) => {
                 let (System { mechanism, dynamics, .. }, settings) = self.build()?;
                 let own = self.own(&mechanism);
                 let (q, v) = at.unwrap_or((&own.q, &own.v));
@@ -126,7 +126,7 @@ impl Subject for ModelSubject {
                 let forces = dynamics.variational(&mechanism);
                 let run = vi_emscheme::run::integrator_at(system, mechanism, options, algebra, at)
                     .map_err(|e| e.to_string())?;
-                Ok(Box::new(Running::energy_momentum(run, forces)))
+                Ok(Box::new(RunningSystem::energy_momentum(run, forces)))
             }
         }
     }

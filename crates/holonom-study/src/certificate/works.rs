@@ -12,7 +12,7 @@ use holonom_model::{Model, Sensor, SensorKind};
 use holonom_sim::sample::Sample;
 use holonom_sim::simulation::Simulation;
 use vi_verify::certificate::{Criterion, Finding, Verdict};
-use vi_verify::subject::Method;
+use vi_verify::subject::SteppingMethod;
 
 /// What half the step may leave of an error.
 const FALLS: f64 = 0.7;
@@ -56,7 +56,7 @@ fn run(mut model: Model, names: &[String]) -> Result<Vec<[f64; 2]>, String> {
 }
 
 /// The findings of a model with laws or bushings.
-pub(super) fn findings(model: &Model, method: Method) -> Vec<Finding> {
+pub(super) fn findings(model: &Model, method: SteppingMethod) -> Vec<Finding> {
     let laws = model.laws.iter().map(|law| law.name.clone());
     let names: Vec<String> =
         laws.chain(model.bushings.iter().map(|own| own.name.clone())).collect();

@@ -1,11 +1,11 @@
 //! The findings as charts.
 
 use super::record::{Comparison, DrawnNode, Measured, Record};
-use holonom_report::{Chart, ChartAxis, Series, Strokes};
+use holonom_report::{ChartAxis, LineChart, Series, Strokes};
 
 /// A chart with words to go with it.
 pub(super) struct CaptionedChart {
-    pub(super) chart: Chart,
+    pub(super) chart: LineChart,
     pub(super) caption: String,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn figures(c: &Comparison) -> Vec<CaptionedChart> {
 }
 
 /// Whether a chart shows anything: values of zero have no place on a logarithmic axis.
-fn is_drawn(chart: &Chart) -> bool {
+fn is_drawn(chart: &LineChart) -> bool {
     let mut points = chart.curves.iter().flat_map(|curve| &curve.points);
     points.any(|(_, y)| !chart.y.logarithmic || *y > 0.0)
 }
@@ -74,7 +74,7 @@ fn energy(c: &Comparison) -> CaptionedChart {
     let curves = representatives(c).into_iter();
     let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.energy));
     CaptionedChart {
-        chart: Chart {
+        chart: LineChart {
             title: "Energy error".into(),
             x: ChartAxis::time(),
             y: ChartAxis::linear("change of H", "J"),
@@ -94,7 +94,7 @@ fn momentum(c: &Comparison) -> CaptionedChart {
     let curves = representatives(c).into_iter();
     let curves = curves.map(|(r, m)| while_free(c, r.scheme.clone(), m, |p| p.momentum));
     CaptionedChart {
-        chart: Chart {
+        chart: LineChart {
             title: "Change of the momentum maps".into(),
             x: ChartAxis::time(),
             y: ChartAxis::logarithmic("largest change", "SI"),
@@ -115,7 +115,7 @@ fn constraints(c: &Comparison) -> CaptionedChart {
         levels.map(|(name, of)| over_time(format!("{family} {name}"), m, of))
     });
     CaptionedChart {
-        chart: Chart {
+        chart: LineChart {
             title: "Constraints".into(),
             x: ChartAxis::time(),
             y: ChartAxis::logarithmic("largest residual", "SI"),
@@ -141,7 +141,7 @@ fn conditions(c: &Comparison, energy_momentum: bool, family: &str) -> CaptionedC
         }
     }
     CaptionedChart {
-        chart: Chart {
+        chart: LineChart {
             title: format!("Condition number, {family}"),
             x: ChartAxis::logarithmic("step h", "s"),
             y: ChartAxis::logarithmic("κ", ""),
@@ -164,7 +164,7 @@ fn work_chart(c: &Comparison, title: String, curves: Vec<Series>) -> CaptionedCh
     let time = super::table::time_word(c.clock);
     let known = c.reference.known_to.map_or(String::new(), |e| format!(", known to {e:.0e}"));
     CaptionedChart {
-        chart: Chart {
+        chart: LineChart {
             title,
             x: ChartAxis::logarithmic(&format!("{time} of the run"), "s"),
             y: ChartAxis::logarithmic("error at the end", "m; 1"),

@@ -7,7 +7,7 @@ use super::record::{Comparison, Record, WorkPoint};
 
 /// A time with the range of its measurements, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Time {
+pub struct MeasuredTime {
     /// Median.
     pub median: f64,
     /// Shortest and longest.
@@ -31,7 +31,7 @@ pub struct Choice {
     /// Order.
     pub order: u32,
     /// Time at the error.
-    pub time: Time,
+    pub time: MeasuredTime,
 }
 
 /// Two families at the same error.
@@ -56,11 +56,11 @@ impl EqualError {
 }
 
 /// The points of a scheme at an order, by falling error.
-fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, Time)> {
+fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, MeasuredTime)> {
     let time = |p: &WorkPoint| {
         let (median, error) = (p.seconds?, p.error?);
         let usable = error.is_finite() && floor.is_finite();
-        let time = Time { median, range: p.seconds_range.unwrap_or([median; 2]) };
+        let time = MeasuredTime { median, range: p.seconds_range.unwrap_or([median; 2]) };
         usable.then_some((error.max(floor), time)) // below the floor an error is not known
     };
     let of = record.work.iter().filter(|p| p.order == order);
@@ -72,7 +72,7 @@ fn curve(record: &Record, order: u32, floor: f64) -> Vec<(f64, Time)> {
 }
 
 /// The time at an error; where the largest step is more accurate already, the time of that step.
-fn at(points: &[(f64, Time)], error: f64) -> Option<Time> {
+fn at(points: &[(f64, MeasuredTime)], error: f64) -> Option<MeasuredTime> {
     if let Some((_, time)) = points.first().filter(|first| first.0 <= error) {
         return Some(*time);
     }
@@ -80,7 +80,7 @@ fn at(points: &[(f64, Time)], error: f64) -> Option<Time> {
     let ((e0, t0), (e1, t1)) = (pair[0], pair[1]);
     let part = if e0 > e1 { (e0 / error).ln() / (e0 / e1).ln() } else { 0.0 };
     let between = |a: f64, b: f64| a * (b / a).powf(part);
-    Some(Time {
+    Some(MeasuredTime {
         median: between(t0.median, t1.median),
         range: [between(t0.range[0], t1.range[0]), between(t0.range[1], t1.range[1])],
     })
@@ -136,8 +136,9 @@ mod tests {
     #[test]
     fn times_are_interpolated_along_a_power_law() {
         // e = t⁻², so t = e^(−1/2)
-        let time = |median: f64| Time { median, range: [0.9 * median, 1.2 * median] };
-        let points: Vec<(f64, Time)> = [1.0, 2.0, 4.0].map(|t: f64| (t.powi(-2), time(t))).into();
+        let time = |median: f64| MeasuredTime { median, range: [0.9 * median, 1.2 * median] };
+        let points: Vec<(f64, MeasuredTime)> =
+            [1.0, 2.0, 4.0].map(|t: f64| (t.powi(-2), time(t))).into();
         let found = at(&points, 0.1).unwrap();
         assert!((found.median - 0.1_f64.powf(-0.5)).abs() < 1e-12, "{found:?}");
         assert!((found.range[1] / found.median - 1.2).abs() < 1e-12, "{found:?}");
@@ -159,7 +160,7 @@ mod tests {
         let record = Record {
             scheme: "nodal".into(),
             energy_momentum: false,
-            outcome: super::super::record::Outcome::Done,
+            outcome: super::super::record::SchemeOutcome::Done,
             measured: None,
             conditions: Vec::new(),
             work: vec![point(0.1, 1.0, 4e-12), point(0.05, 2.0, 1e-13)],
@@ -174,7 +175,7 @@ mod tests {
     #[test]
     fn a_ratio_has_the_range_of_both_times() {
         let choice = |median: f64, range| {
-            let time = Time { median, range };
+            let time = MeasuredTime { median, range };
             Choice { scheme: String::new(), order: 2, time }
         };
         let found = EqualError {

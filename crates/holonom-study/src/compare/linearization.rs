@@ -7,7 +7,7 @@
 //! ```
 //! The roots are the same, and so is the matrix at the root.
 
-use super::equal_error::Time;
+use super::equal_error::MeasuredTime;
 use super::measure::range;
 use super::{ComparisonPlan, Request, distance};
 use crate::clock::timed;
@@ -21,20 +21,20 @@ use vi_verify::fit::median;
 
 /// Cost of a linearization.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cost {
+pub struct LinearizationCost {
     /// Newton iterations per step, mean.
     pub iterations: f64,
     /// Time per step, s.
-    pub time: Time,
+    pub time: MeasuredTime,
 }
 
 /// Both linearizations on a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearizations {
     /// By multipliers.
-    pub multipliers: Cost,
+    pub multipliers: LinearizationCost,
     /// By the derivative of `P̄`; or why it does not apply.
-    pub derivative: Result<Cost, String>,
+    pub derivative: Result<LinearizationCost, String>,
     /// Largest difference of a coordinate at the end of both runs.
     pub apart: Option<f64>,
 }
@@ -66,7 +66,7 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         )
         .map_err(|e| e.to_string())
     };
-    let cost = |linearization| -> Result<(Cost, Vec<f64>), String> {
+    let cost = |linearization| -> Result<(LinearizationCost, Vec<f64>), String> {
         let (mut times, mut iterations, mut end) = (Vec::new(), 0, Vec::new());
         for _ in 0..REPEATS {
             let mut run = start(linearization)?;
@@ -81,8 +81,8 @@ pub fn linearizations(model: &Model, request: &Request) -> Result<Linearizations
         }
         let iterations = iterations as f64 / steps.saturating_sub(1).max(1) as f64;
         let range = range(&times).unwrap_or_default();
-        let time = Time { median: median(times).unwrap_or_default(), range };
-        Ok((Cost { iterations, time }, end))
+        let time = MeasuredTime { median: median(times).unwrap_or_default(), range };
+        Ok((LinearizationCost { iterations, time }, end))
     };
     let (multipliers, end) = cost(EmLinearization::Multipliers)?;
     let explicit = cost(EmLinearization::NullSpaceDerivative);

@@ -1,7 +1,8 @@
 //! One scheme: a run, its cost, its matrices, its error against time.
 
 use super::record::{
-    ConditionAt, DrawnNode, EnergyBehaviour, Measured, Outcome, Record, RecordedMotion, WorkPoint,
+    ConditionAt, DrawnNode, EnergyBehaviour, Measured, Record, RecordedMotion, SchemeOutcome,
+    WorkPoint,
 };
 use super::{ComparisonPlan, distance, larger};
 use crate::clock::timed;
@@ -27,7 +28,7 @@ const ROUND_OFF: f64 = 1e-10;
 /// The run of a scheme.
 pub(super) struct SchemeRun {
     scheme: Scheme,
-    outcome: Outcome,
+    outcome: SchemeOutcome,
     samples: Vec<Sample>,
     first_free: usize, // sample from which no load acts
     distance: Option<f64>,
@@ -46,7 +47,7 @@ pub(super) fn run(
         Err(error) => {
             let problem = error.problems("").into_iter().next();
             let reason = problem.map_or_else(|| error.to_string(), |p| p.message);
-            let outcome = Outcome::Refused { reason };
+            let outcome = SchemeOutcome::Refused { reason };
             return SchemeRun {
                 scheme,
                 outcome,
@@ -63,8 +64,8 @@ pub(super) fn run(
     };
     let Ok(ended) = simulation.run(&mut observe, &mut |_, _| {});
     let outcome = match ended {
-        RunOutcome::Done => Outcome::Done,
-        RunOutcome::Failed(f) => Outcome::Failed { step: f.step, t: f.t, message: f.message },
+        RunOutcome::Done => SchemeOutcome::Done,
+        RunOutcome::Failed(f) => SchemeOutcome::Failed { step: f.step, t: f.t, message: f.message },
     };
     let off = |nodes: &[Vec<f64>]| {
         samples.iter().zip(nodes).map(|(s, q)| distance(&s.q, q)).fold(0.0, larger)
@@ -280,7 +281,7 @@ fn seconds(model: &Model, count: u64) -> Option<f64> {
 }
 
 /// `κ` of the third step, or of the last before it that goes well.
-fn condition(model: &Model) -> Option<vi_constraints::scheme::Condition> {
+fn condition(model: &Model) -> Option<vi_constraints::scheme::ConditionNumbers> {
     let mut run = Simulation::new(model).ok()?;
     let steps = model.settings.steps().min(3);
     advance(&mut run, steps).then(|| run.condition()).flatten()

@@ -32,7 +32,7 @@ mod reference;
 pub mod table;
 
 pub use crate::clock::Clock;
-pub use record::{Comparison, EnergyBehaviour, Measured, Outcome, Record};
+pub use record::{Comparison, EnergyBehaviour, Measured, Record, SchemeOutcome};
 
 use holonom_model::{Family, Model, ModelError, Scheme};
 use holonom_report::scene::{INSTANTS, NUMBERS};

@@ -4,7 +4,7 @@ use crate::clock::Clock;
 use holonom_sim::output::columns::{ANGULAR_MOMENTUM, LINEAR_MOMENTUM, names};
 use holonom_sim::output::{ConstraintSummary, Frames};
 use serde::{Deserialize, Serialize};
-use vi_constraints::scheme::Condition;
+use vi_constraints::scheme::ConditionNumbers;
 
 /// Names of the momentum maps: linear, then angular.
 pub(super) const MOMENTUM_MAPS: [&str; 6] = {
@@ -71,7 +71,7 @@ pub struct ReferenceTrajectory {
 /// How the run of a scheme ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", tag = "status")]
-pub enum Outcome {
+pub enum SchemeOutcome {
     /// At its end.
     Done,
     /// Before.
@@ -98,7 +98,7 @@ pub struct Record {
     /// Whether it is one of the energy–momentum schemes.
     pub energy_momentum: bool,
     /// How its run ended.
-    pub outcome: Outcome,
+    pub outcome: SchemeOutcome,
     /// What was measured up to there.
     pub measured: Option<Measured>,
     /// Condition numbers of its Newton matrix.
@@ -172,7 +172,7 @@ pub struct ConditionAt {
     /// `h`, s.
     pub step: f64,
     /// `κ`; none where the step failed.
-    pub condition: Option<Condition>,
+    pub condition: Option<ConditionNumbers>,
 }
 
 /// Error and time of a run at one step and order.

@@ -1,6 +1,6 @@
 //! The findings as text.
 
-use super::record::{Comparison, EnergyBehaviour, MOMENTUM_MAPS, Measured, Outcome, Record};
+use super::record::{Comparison, EnergyBehaviour, MOMENTUM_MAPS, Measured, Record, SchemeOutcome};
 use super::{Clock, larger};
 use holonom_report::{counted, time};
 use std::fmt::Write;
@@ -67,11 +67,11 @@ pub fn head(c: &Comparison) -> String {
 /// Why schemes did not run, or not to the end.
 pub(super) fn reasons(c: &Comparison) -> Vec<(&str, String)> {
     let reason = |r: &Record| match &r.outcome {
-        Outcome::Done => None,
-        Outcome::Failed { step, t, message } => {
+        SchemeOutcome::Done => None,
+        SchemeOutcome::Failed { step, t, message } => {
             Some(format!("failed in step {step}, at t = {t} s: {message}"))
         }
-        Outcome::Refused { reason } => Some(format!("does not run: {reason}")),
+        SchemeOutcome::Refused { reason } => Some(format!("does not run: {reason}")),
     };
     c.records.iter().filter_map(|r| Some((r.scheme.as_str(), reason(r)?))).collect()
 }
@@ -110,7 +110,7 @@ fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
 /// A mark for schemes that did not reach the end.
 pub(super) fn name(r: &Record) -> String {
     match r.outcome {
-        Outcome::Failed { .. } => format!("{} (failed)", r.scheme),
+        SchemeOutcome::Failed { .. } => format!("{} (failed)", r.scheme),
         _ => r.scheme.clone(),
     }
 }

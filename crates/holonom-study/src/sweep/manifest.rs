@@ -2,7 +2,7 @@
 //! JSON for each.
 
 use super::FILES;
-use super::plan::{Plan, Sampling, Shard, Values, Variation};
+use super::plan::{Plan, PointSampling, Shard, Values, Variation};
 use holonom_model::{Override, open_regular, read_regular, read_regular_text};
 use holonom_report::command_line;
 use holonom_sim::output::{Lock, OutputError};
@@ -44,7 +44,7 @@ impl SweepDescription {
             };
             arguments.extend(["--vary".to_owned(), format!("{key}={values}")]);
         }
-        if *sampling != Sampling::Grid {
+        if *sampling != PointSampling::Grid {
             let (name, points, seed) = (sampling.name(), points.to_string(), seed.to_string());
             let chosen = ["--sample", name, "-n", &points, "--seed", &seed];
             arguments.extend(chosen.map(str::to_owned));

@@ -18,7 +18,7 @@ mod table;
 
 pub use manifest::{EndedPoint, Manifest, PointStatus, SweepDescription};
 pub use page::page;
-pub use plan::{Plan, PlanError, Sampling, Shard, Values, Variation};
+pub use plan::{Plan, PlanError, PointSampling, Shard, Values, Variation};
 pub use table::{SweepTable, table};
 
 use holonom_model::Override;
@@ -70,7 +70,7 @@ pub struct PointEnd {
 
 /// What a sweep has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct SweepProgress {
     /// Points of this shard.
     pub points: usize,
     /// Points that had ended before.
@@ -81,7 +81,7 @@ pub struct Progress {
     pub failed: usize,
 }
 
-impl Progress {
+impl SweepProgress {
     /// Whether all points have ended.
     #[must_use]
     pub fn is_complete(&self) -> bool {
@@ -166,8 +166,8 @@ impl Sweep {
     pub fn run(
         &self,
         work: &(dyn Fn(&SweepPoint<'_>) -> Option<PointEnd> + Sync),
-        progress: &mut (dyn FnMut(Progress) + Send),
-    ) -> Result<Progress, SweepError> {
+        progress: &mut (dyn FnMut(SweepProgress) + Send),
+    ) -> Result<SweepProgress, SweepError> {
         let values = self.description.plan.values();
         let mut manifest = self.manifest()?;
         let before = self.ended()?;
@@ -176,7 +176,7 @@ impl Sweep {
         let failed = own.filter(|entry| entry.status != PointStatus::Done).count();
         let mine: Vec<usize> = (0..values.len()).filter(|point| self.shard.has(*point)).collect();
         let open: Vec<usize> = mine.iter().copied().filter(|p| !ended.contains(p)).collect();
-        let state = Progress { points: mine.len(), before: ended.len(), ended: 0, failed };
+        let state = SweepProgress { points: mine.len(), before: ended.len(), ended: 0, failed };
         progress(state);
         let next = AtomicUsize::new(0);
         let shared = Mutex::new((state, &mut manifest, progress, None::<OutputError>));

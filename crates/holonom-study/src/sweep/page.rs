@@ -1,9 +1,9 @@
 //! `sweep.html`: what the sensors and the energy answer to the varied keys.
 
 use super::manifest::PointStatus;
-use super::table::{BALANCE_ERROR, ENERGY_ERROR, Row, SweepTable, WORK};
+use super::table::{BALANCE_ERROR, ENERGY_ERROR, PointRow, SweepTable, WORK};
 use holonom_report::page::{escape, figure, foot, head, heading};
-use holonom_report::{Chart, ChartAxis, Series, Strokes, rounded};
+use holonom_report::{ChartAxis, LineChart, Series, Strokes, rounded};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -74,11 +74,12 @@ fn push_points(html: &mut String, table: &SweepTable) {
 /// Each result that changes over each key that is a number: a curve for each combination of the
 /// other keys while these are few, points otherwise. The energy error comes last; where anything
 /// does work it is that of the balance.
-fn charts(table: &SweepTable) -> Vec<Chart> {
-    let done: Vec<&Row> =
+fn charts(table: &SweepTable) -> Vec<LineChart> {
+    let done: Vec<&PointRow> =
         table.rows.iter().filter(|row| row.entry.status == PointStatus::Done).collect();
     let place = |name: &str| table.results.iter().position(|result| result == name);
-    let works = |row: &&Row| place(WORK).and_then(|k| row.results[k]).is_some_and(|w| w != 0.0);
+    let works =
+        |row: &&PointRow| place(WORK).and_then(|k| row.results[k]).is_some_and(|w| w != 0.0);
     let energy = place(if done.iter().any(works) { BALANCE_ERROR } else { ENERGY_ERROR });
     let changes = |r: &usize| {
         let values = || done.iter().filter_map(|row| row.results[*r]);
@@ -95,7 +96,7 @@ fn charts(table: &SweepTable) -> Vec<Chart> {
 }
 
 /// A result over a key.
-fn chart(table: &SweepTable, done: &[&Row], key: usize, result: usize) -> Chart {
+fn chart(table: &SweepTable, done: &[&PointRow], key: usize, result: usize) -> LineChart {
     let others: Vec<usize> = (0..table.keys.len()).filter(|other| *other != key).collect();
     let mut curves: BTreeMap<String, Vec<(f64, f64)>> = BTreeMap::new();
     for row in done {
@@ -113,7 +114,7 @@ fn chart(table: &SweepTable, done: &[&Row], key: usize, result: usize) -> Chart 
     };
     let (name, keys) = (&table.results[result], others.iter().map(|k| table.keys[*k].as_str()));
     let keys = keys.collect::<Vec<_>>().join(", ");
-    Chart {
+    LineChart {
         title: if few && !others.is_empty() { format!("{name}, by {keys}") } else { name.clone() },
         x: ChartAxis::linear(&table.keys[key], ""),
         y: ChartAxis::linear(name, &table.units[result]),

@@ -39,7 +39,7 @@ pub struct Variation {
 /// How points are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Sampling {
+pub enum PointSampling {
     /// Every combination of the listed values; the last key varies first.
     #[default]
     Grid,
@@ -51,7 +51,7 @@ pub enum Sampling {
     Sobol,
 }
 
-impl Sampling {
+impl PointSampling {
     /// All.
     pub const ALL: [Self; 4] = [Self::Grid, Self::Random, Self::Latin, Self::Sobol];
 
@@ -164,7 +164,7 @@ pub struct Plan {
     /// Keys with their values.
     pub variations: Vec<Variation>,
     /// How points are chosen.
-    pub sampling: Sampling,
+    pub sampling: PointSampling,
     /// How many there are.
     pub points: usize,
     /// Seed of random points.
@@ -187,7 +187,7 @@ impl Plan {
             };
             points = points.saturating_mul(values.len());
         }
-        Self { variations, sampling: Sampling::Grid, points, seed: 0 }.checked()
+        Self { variations, sampling: PointSampling::Grid, points, seed: 0 }.checked()
     }
 
     /// `points` samples; of a list each value is as likely as the others.
@@ -196,14 +196,14 @@ impl Plan {
     /// [`PlanError`].
     pub fn samples(
         variations: Vec<Variation>,
-        sampling: Sampling,
+        sampling: PointSampling,
         points: usize,
         seed: u64,
     ) -> Result<Self, PlanError> {
-        if sampling == Sampling::Grid {
+        if sampling == PointSampling::Grid {
             return Self::grid(variations);
         }
-        if sampling == Sampling::Sobol && (variations.len() > SOBOL_KEYS || points > 1 << 16) {
+        if sampling == PointSampling::Sobol && (variations.len() > SOBOL_KEYS || points > 1 << 16) {
             return refused(
                 format!("a Sobol sequence has at most {SOBOL_KEYS} keys and {} points", 1 << 16),
                 "write --sample latin",
@@ -234,7 +234,7 @@ impl Plan {
     /// The values of all points, in their order, as a model file writes them.
     #[must_use]
     pub fn values(&self) -> Vec<Vec<String>> {
-        if self.sampling == Sampling::Grid {
+        if self.sampling == PointSampling::Grid {
             return (0..self.points).map(|index| self.combination(index)).collect();
         }
         let columns: Vec<Vec<f64>> = (0..self.variations.len()).map(|k| self.column(k)).collect();
@@ -284,19 +284,19 @@ impl Plan {
         let mut uniform = || (generator.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         let n = self.points;
         match self.sampling {
-            Sampling::Sobol => {
+            PointSampling::Sobol => {
                 let seed = (self.seed ^ (self.seed >> 32)) as u32;
                 let at = |index: usize| sobol_burley::sample(index as u32, key as u32, seed);
                 (0..n).map(|index| f64::from(at(index))).collect()
             }
-            Sampling::Latin => {
+            PointSampling::Latin => {
                 let mut parts: Vec<usize> = (0..n).collect();
                 for k in (1..n).rev() {
                     parts.swap(k, (uniform() * (k + 1) as f64) as usize);
                 }
                 parts.iter().map(|part| (*part as f64 + uniform()) / n as f64).collect()
             }
-            Sampling::Random | Sampling::Grid => (0..n).map(|_| uniform()).collect(),
+            PointSampling::Random | PointSampling::Grid => (0..n).map(|_| uniform()).collect(),
         }
     }
 }
@@ -357,7 +357,7 @@ mod tests {
 
     #[test]
     fn samples_are_in_their_ranges_and_depend_on_the_seed_alone() {
-        for sampling in [Sampling::Random, Sampling::Latin, Sampling::Sobol] {
+        for sampling in [PointSampling::Random, PointSampling::Latin, PointSampling::Sobol] {
             let plan =
                 |seed| Plan::samples(vary(&["a=-1:3", "b=1,2,3"]), sampling, 64, seed).unwrap();
             let values = plan(7).values();
@@ -367,9 +367,11 @@ mod tests {
             assert!(numbers.iter().all(|x| (-1.0..3.0).contains(x)), "{numbers:?}");
             let mean = numbers.iter().sum::<f64>() / 64.0;
             println!("{}: mean {mean:.3}", sampling.name());
-            assert!((mean - 1.0).abs() < if sampling == Sampling::Random { 0.5 } else { 0.05 });
+            assert!(
+                (mean - 1.0).abs() < if sampling == PointSampling::Random { 0.5 } else { 0.05 }
+            );
             assert!(["1", "2", "3"].iter().all(|v| values.iter().any(|point| point[1] == *v)));
-            if sampling == Sampling::Latin {
+            if sampling == PointSampling::Latin {
                 let mut parts: Vec<usize> =
                     numbers.iter().map(|x| ((x + 1.0) * 16.0) as usize).collect();
                 parts.sort_unstable();
@@ -399,7 +401,7 @@ mod tests {
     #[test]
     fn samples_of_different_keys_are_uncorrelated() {
         let keys = ["a=0:1", "b=0:1", "c=-2:3", "d=0:1", "e=0:1", "f=0:1", "g=0:1", "h=0:1"];
-        for sampling in [Sampling::Random, Sampling::Latin, Sampling::Sobol] {
+        for sampling in [PointSampling::Random, PointSampling::Latin, PointSampling::Sobol] {
             for seed in 0..4 {
                 let plan = Plan::samples(vary(&keys), sampling, 200, seed).unwrap();
                 let values = plan.values();

@@ -21,12 +21,12 @@ pub struct SweepTable {
     /// Their units; empty where there is none or where it is not known.
     pub units: Vec<String>,
     /// The rows, in the order of the points.
-    pub rows: Vec<Row>,
+    pub rows: Vec<PointRow>,
 }
 
 /// A point.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct PointRow {
     /// Its entry in the manifest.
     pub entry: EndedPoint,
     /// Its results; `None` where it has none.
@@ -69,7 +69,7 @@ pub fn table(folder: &Path) -> Result<SweepTable, SweepError> {
         }
         found.push((entry, results));
     }
-    let row = |(entry, results): (EndedPoint, BTreeMap<String, f64>)| Row {
+    let row = |(entry, results): (EndedPoint, BTreeMap<String, f64>)| PointRow {
         results: names.iter().map(|name| results.get(name).copied()).collect(),
         link: ["report.html", "summary.json"]
             .map(|file| format!("{}/{file}", entry.folder))
@@ -137,7 +137,7 @@ fn of_sensors(run: &RunFolder) -> Result<Vec<(String, f64)>, OutputError> {
     Ok(sensors.columns.iter().zip(&sensors.values).flat_map(of_column).collect())
 }
 
-impl Row {
+impl PointRow {
     /// The value of a varied key, where it is a number.
     pub(super) fn number(&self, key: usize) -> Option<f64> {
         self.entry.values[key].parse().ok()
@@ -161,7 +161,7 @@ impl SweepTable {
         let head = ["point"].into_iter().chain(self.keys.iter().map(String::as_str));
         let head = head.chain(["status"]).chain(self.results.iter().map(String::as_str));
         writer.write_record(head)?;
-        for Row { entry, results, .. } in &self.rows {
+        for PointRow { entry, results, .. } in &self.rows {
             let number = |value: &Option<f64>| match value {
                 // reads back as the same number
                 Some(x) if x.fract() == 0.0 && x.abs() < 1e15 => format!("{x:.0}"),

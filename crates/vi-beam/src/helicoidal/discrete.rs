@@ -1,7 +1,7 @@
 //! Discrete derivatives of helicoidal strains.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use super::forms::{Bends, Forms, Slopes};
+use super::forms::{Bends, Forms, StrainSlopes};
 use super::law::Helicoidal;
 use crate::strain::Strain;
 
@@ -14,7 +14,7 @@ impl Helicoidal {
     ///
     /// Source: O. Gonzalez, J. Nonlinear Sci. 6 (1996) 449–467.
     #[must_use]
-    pub fn discrete_slopes(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain) -> Slopes {
+    pub fn discrete_slopes(&self, [y_0, y_1]: [&Forms; 2], reference: &Strain) -> StrainSlopes {
         let middle = self.at(&(0.5 * (y_0 + y_1)), reference).slopes();
         self.away_from([y_0, y_1], &middle, reference).map_or(middle, |(slopes, _)| slopes)
     }
@@ -23,9 +23,9 @@ impl Helicoidal {
     fn away_from(
         &self,
         [y_0, y_1]: [&Forms; 2],
-        middle: &Slopes,
+        middle: &StrainSlopes,
         reference: &Strain,
-    ) -> Option<(Slopes, Strain)> {
+    ) -> Option<(StrainSlopes, Strain)> {
         let change = y_1 - y_0;
         let size = change.norm_squared();
         if size < SMALL_CHANGE {
@@ -38,7 +38,7 @@ impl Helicoidal {
     /// `η(y_1) − η(y_0) − ∂η/∂y(ȳ) Δy`, accurate relative to itself where `Δy` is small: by Gauss's
     /// rule with two points, whose error `|Δy|⁵/4320` is then below the rounding error of the
     /// difference.
-    fn rest(&self, [y_0, y_1]: [&Forms; 2], middle: &Slopes, reference: &Strain) -> Strain {
+    fn rest(&self, [y_0, y_1]: [&Forms; 2], middle: &StrainSlopes, reference: &Strain) -> Strain {
         const CLOSE: f64 = 1e-6;
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         if change.norm_squared() > CLOSE {
@@ -57,7 +57,7 @@ impl Helicoidal {
         [y_0, y_1]: [&Forms; 2],
         reference: &Strain,
         n: &Strain,
-    ) -> (Slopes, Bends) {
+    ) -> (StrainSlopes, Bends) {
         let (mean, change) = (0.5 * (y_0 + y_1), y_1 - y_0);
         let middle = self.at(&mean, reference);
         let (slopes, bends) = (middle.slopes(), 0.5 * middle.bends(n));

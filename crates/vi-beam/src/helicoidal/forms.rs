@@ -10,7 +10,7 @@ pub const FORMS: usize = 7;
 /// `y = (g, a, s)`, without units.
 pub type Forms<T = f64> = SVector<T, FORMS>;
 /// `∂η/∂y`.
-pub type Slopes<T = f64> = SMatrix<T, 6, FORMS>;
+pub type StrainSlopes<T = f64> = SMatrix<T, 6, FORMS>;
 /// `Σ n_i ∂²η_i/∂y∂y`.
 pub type Bends<T = f64> = SMatrix<T, FORMS, FORMS>;
 

@@ -1,7 +1,7 @@
 //! The constant strain of the helix between two nodes.
 #![allow(non_snake_case)] // G, K, C, S, R
 
-use super::forms::{Bends, Forms, Slopes};
+use super::forms::{Bends, Forms, StrainSlopes};
 use crate::small::re;
 use crate::strain::Strain;
 use nalgebra::{Matrix3, Vector3, Vector6};
@@ -134,10 +134,10 @@ impl<T: Number> Helix<T> {
 
     /// `∂(G, K)/∂y`.
     #[inline]
-    pub(super) fn slopes(&self, length: T) -> Slopes<T> {
+    pub(super) fn slopes(&self, length: T) -> StrainSlopes<T> {
         let Self { g, a, f, b, .. } = self;
         let (along, [df, db]) = (a.dot(g), self.slopes_of_functions());
-        let mut out = Slopes::zeros();
+        let mut out = StrainSlopes::zeros();
         for j in 0..3 {
             for i in 0..3 {
                 out[(i, j)] = -*b * a[i] * a[j];

@@ -10,7 +10,7 @@ fn z() -> Vector3<f64> {
 #[test]
 fn arcs_have_their_length_and_tangents() {
     let rule = FrameRule::Normal(z());
-    let mesh = Mesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), 1.5, 6, rule).unwrap();
+    let mesh = BeamMesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), 1.5, 6, rule).unwrap();
     let total: f64 = mesh.lengths.iter().sum();
     assert!((total - 3.0).abs() < 1e-14, "{total}");
     for (triad, center) in mesh.triads.iter().zip(&mesh.centers) {
@@ -19,10 +19,10 @@ fn arcs_have_their_length_and_tangents() {
         assert!((d3 - z().cross(center) / 2.0).norm() < 1e-15);
         assert!((triad.column(0) - z()).norm() < 1e-15);
     }
-    let back = Mesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), -1.5, 6, rule).unwrap();
+    let back = BeamMesh::arc(Vector3::zeros(), 2.0 * Vector3::x(), z(), -1.5, 6, rule).unwrap();
     assert!((back.triads[0].column(2) + Vector3::y()).norm() < 1e-15, "it runs backwards");
     let curve = |t: f64| Vector3::new(2.0 * t.cos(), 2.0 * t.sin(), 0.0);
-    let same = Mesh::parametric(&curve, 0.0, 1.5, 6, rule).unwrap();
+    let same = BeamMesh::parametric(&curve, 0.0, 1.5, 6, rule).unwrap();
     for k in 0..7 {
         let error = (same.triads[k] - mesh.triads[k]).amax();
         assert!(error < 1e-11, "tangent by differences off by {error:e}");
@@ -35,7 +35,8 @@ fn rotation_minimizing_frames_do_not_twist() {
     let rule = FrameRule::RotationMinimizing(Vector3::x());
     let twist = |elements: usize| {
         let radius = Vector3::x();
-        let mesh = Mesh::helix(Vector3::zeros(), radius, z(), 6.0, 4.0, elements, rule).unwrap();
+        let mesh =
+            BeamMesh::helix(Vector3::zeros(), radius, z(), 6.0, 4.0, elements, rule).unwrap();
         let one = |k: usize| {
             let [a, b] = [mesh.triads[k], mesh.triads[k + 1]];
             0.5 * (a.column(1).dot(&b.column(0)) - a.column(0).dot(&b.column(1)))
@@ -51,28 +52,28 @@ fn rotation_minimizing_frames_do_not_twist() {
 fn polylines_and_points() {
     let rule = FrameRule::Normal(z());
     let corners = [Vector3::zeros(), Vector3::x(), Vector3::new(1.0, 2.0, 0.0)];
-    let legs = Mesh::polyline(&corners, &[2, 4], rule).unwrap();
+    let legs = BeamMesh::polyline(&corners, &[2, 4], rule).unwrap();
     assert_eq!((legs[0].elements(), legs[1].elements()), (2, 4));
     assert_eq!(legs[0].centers[2], legs[1].centers[0]);
     let points: Vec<_> = (0..4).map(|k| f64::from(k * k) * Vector3::x()).collect();
-    let mesh = Mesh::through(&points, rule).unwrap();
+    let mesh = BeamMesh::through(&points, rule).unwrap();
     assert!(mesh.lengths == [1.0, 3.0, 5.0] && mesh.triads[3].column(2)[0] == 1.0);
     for parts in [20, 40] {
         let scale = 1.5 / f64::from(parts);
         let at =
             |k: i32| Vector3::new((f64::from(k) * scale).cos(), (f64::from(k) * scale).sin(), 0.0);
         let points: Vec<_> = (0..=parts).map(at).collect();
-        let mesh = Mesh::spline(&points, 7, rule).unwrap();
+        let mesh = BeamMesh::spline(&points, 7, rule).unwrap();
         let length: f64 = mesh.lengths.iter().sum();
         let off = mesh.centers.iter().map(|x| (x.norm() - 1.0).abs()).fold(0.0, f64::max);
         println!("spline through {parts} points of an arc: {off:.1e}, {:.1e}", length - 1.5);
         let cubic = f64::from(parts).powi(-3);
         assert!(off < 0.5 * cubic && (length - 1.5).abs() < 2.0 * cubic);
     }
-    let along = Mesh::straight(Vector3::zeros(), z(), 2, rule).unwrap_err();
+    let along = BeamMesh::straight(Vector3::zeros(), z(), 2, rule).unwrap_err();
     assert_eq!(along, CurveError::NormalAlongTangent { node: 0 });
-    let none = Mesh::straight(Vector3::zeros(), Vector3::x(), 0, rule).unwrap_err();
+    let none = BeamMesh::straight(Vector3::zeros(), Vector3::x(), 0, rule).unwrap_err();
     assert_eq!(none, CurveError::NoElements);
-    let point = Mesh::straight(z(), z(), 3, rule).unwrap_err();
+    let point = BeamMesh::straight(z(), z(), 3, rule).unwrap_err();
     assert_eq!(point, CurveError::Degenerate { element: 0 });
 }

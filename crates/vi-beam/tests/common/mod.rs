@@ -2,7 +2,7 @@
 #![allow(dead_code, unreachable_pub)] // every test file compiles its own copy
 
 use nalgebra::Vector3;
-use vi_beam::{FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, FrameRule, Section};
 use vi_rigid::load::{Load, LoadKind};
 use vi_rigid::time_history::TimeHistory;
 
@@ -11,9 +11,9 @@ pub fn vector(x: f64, y: f64, z: f64) -> Vector3<f64> {
 }
 
 /// Straight along x with `d_1 = z`.
-pub fn straight(length: f64, elements: usize) -> Mesh {
+pub fn straight(length: f64, elements: usize) -> BeamMesh {
     let rule = FrameRule::Normal(Vector3::z());
-    Mesh::straight(Vector3::zeros(), length * Vector3::x(), elements, rule).unwrap()
+    BeamMesh::straight(Vector3::zeros(), length * Vector3::x(), elements, rule).unwrap()
 }
 
 pub fn load(frame: usize, kind: LoadKind, force: Vector3<f64>, torque: Vector3<f64>) -> Load {

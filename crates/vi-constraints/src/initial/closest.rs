@@ -101,7 +101,8 @@ pub fn closest(
     mass: &SparseMatrix,
     constraints: &impl Constraints,
     rows: &IndependentRows,
-    (t, target): (f64, &[f64]),
+    t: f64,
+    target: &[f64],
     elements: &[Arc<dyn Unilateral>],
 ) -> Result<Vec<f64>, StartError> {
     const MAX_ITERATIONS: usize = 200;

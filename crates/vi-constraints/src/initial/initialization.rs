@@ -103,7 +103,7 @@ pub fn start(
     let mut sizes = Sizes::new(n, m);
     sizes.measure(constraints, Configuration::new(t, q));
     if !sizes.are_closed(&g, constraints.allowances(), |row| rows.is_dropped(row)) {
-        q0 = closest(system.mass(), constraints, rows, (t, q), &[])?;
+        q0 = closest(system.mass(), constraints, rows, t, q, &[])?;
         report.position_moved = distance(&q0, q);
     }
 

@@ -149,7 +149,8 @@ pub trait ObserveNode<S, C>: Send {
         &mut self,
         system: &S,
         constraints: &C,
-        at: (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<&Node, Singular>;
     /// `force ← Gᵀλ` of the acceleration level with the velocity of the node, shape `n`, and `λ`,
@@ -174,7 +175,8 @@ pub trait ObserveNode<S, C>: Send {
         &mut self,
         _system: &S,
         _constraints: &C,
-        _at: (&State, f64),
+        _state: &State,
+        _h: f64,
         _p: &[f64],
         _v: &mut [f64],
     ) -> Result<(), Singular> {
@@ -192,7 +194,8 @@ pub trait ObserveNode<S, C>: Send {
         &mut self,
         _system: &S,
         _constraints: &C,
-        _taken: (&Interval, &[f64]),
+        _s: &Interval,
+        _p: &[f64],
         _changes: &mut [f64],
     ) -> Result<(), Singular> {
         Err(Singular)
@@ -242,18 +245,19 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         constraints: &C,
         Transition { before, step, impulse, .. }: Transition<'_>,
     ) -> Result<&Node, Singular> {
-        Self::observe(self, system, constraints, (before, impulse), step.s)
+        Self::observe(self, system, constraints, before, impulse, step.s)
     }
 
     fn velocity(
         &mut self,
         system: &S,
         constraints: &C,
-        at: (&State, f64),
+        state: &State,
+        h: f64,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
-        Self::velocity(self, system, constraints, at, p, v)
+        Self::velocity(self, system, constraints, state, h, p, v)
     }
 
     fn constraint_impulse(&mut self, system: &S, s: &Interval, p: &mut [f64]) {
@@ -264,20 +268,22 @@ impl<S: DiscreteLagrangian, C: Constraints> ObserveNode<S, C> for NodeObserver {
         &mut self,
         system: &S,
         constraints: &C,
-        taken: (&Interval, &[f64]),
+        s: &Interval,
+        p: &[f64],
         changes: &mut [f64],
     ) -> Result<(), Singular> {
-        Self::step_response(self, system, constraints, taken, changes)
+        Self::step_response(self, system, constraints, s, p, changes)
     }
 
     fn observe_state(
         &mut self,
         system: &S,
         constraints: &C,
-        at: (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<&Node, Singular> {
-        Self::observe_state(self, system, constraints, at, h)
+        Self::observe_state(self, system, constraints, state, impulse, h)
     }
 
     fn acceleration_force(

@@ -35,19 +35,19 @@ mod steps;
 
 pub use checks::check_shapes;
 pub use error::{ObserveError, ResumeError};
-pub use nodes::When;
+pub use nodes::NodeInStep;
 pub use report::StepReport;
-pub use setup::{Method, Options, SetupError, SingularStart, check_dense};
+pub use setup::{Options, OrderMethod, SetupError, SingularStart, check_dense};
 
 use crate::closure::ClosureWatch;
 use crate::constraints::Constraints;
-use crate::costate_sweep::{CostateChoice, CostateSweep, Tangents};
+use crate::costate_sweep::{CostateChoice, CostateSweep, CostateTangents};
 use crate::discretization::Discretization;
 use crate::initialization::StartReport;
 use crate::nonsmooth::Nonsmooth;
 use crate::saddle_point::IndependentRows;
-use crate::scheme::{Condition, Scheme, StepSolver};
-use nodes::Trial;
+use crate::scheme::{ConditionNumbers, Scheme, StepSolver};
+use nodes::TrialStep;
 use origin::Origin;
 use std::sync::Arc;
 use vi_core::interval::Interval;
@@ -66,12 +66,12 @@ pub struct Integrator<S: Discretization<C>, C> {
     start_observer: Option<S::Observer>, // where the start has fewer independent constraints
     rows: IndependentRows,
     gammas: Vec<f64>,
-    method: Method,
+    method: OrderMethod,
     step: f64,
     origin: Origin,
     state: State,
     before: State, // the node the last macro step started from
-    trial: Box<Trial>,
+    trial: Box<TrialStep>,
     start: StartReport,
     initial_velocity: Vec<f64>,
     watch: ClosureWatch,
@@ -104,7 +104,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// How the order is reached.
     #[must_use]
-    pub fn method(&self) -> Method {
+    pub fn method(&self) -> OrderMethod {
         self.method
     }
 
@@ -152,13 +152,13 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// What pulls costates back over steps by the structure of the mechanism, where that is known.
     #[must_use]
-    pub fn costate_sweep(&self, along: Tangents) -> Option<Box<dyn CostateSweep<S, C>>> {
+    pub fn costate_sweep(&self, along: CostateTangents) -> Option<Box<dyn CostateSweep<S, C>>> {
         let choice = self.costates?;
         choice(&self.system, &self.constraints, &self.rows, (self.method, along))
     }
 
     /// Condition numbers of the Newton matrix of the last step.
-    pub fn condition(&mut self) -> Option<Condition> {
+    pub fn condition(&mut self) -> Option<ConditionNumbers> {
         self.scheme.condition(&self.system, &self.constraints, self.solver.solution())
     }
 }

@@ -16,7 +16,7 @@ use vi_core::{Configuration, DiscreteLagrangian, Entries};
 
 /// A node, seen from the last macro step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum When {
+pub enum NodeInStep {
     /// Where it started.
     Before,
     /// Where it ended: the present node.
@@ -25,18 +25,18 @@ pub enum When {
 }
 
 /// A step that was taken on a copy of the state.
-pub(super) struct Trial {
+pub(super) struct TrialStep {
     end: State,
     interval: Interval,
 }
 
-impl Default for Trial {
+impl Default for TrialStep {
     fn default() -> Self {
         Self { end: State::default(), interval: Interval::new(0) }
     }
 }
 
-impl When {
+impl NodeInStep {
     fn of<'a>(self, before: &'a State, after: &'a State) -> &'a State {
         match self {
             Self::Before => before,
@@ -108,7 +108,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
 
     /// The state of a node next to the last macro step.
     #[must_use]
-    pub fn at(&self, when: When) -> &State {
+    pub fn at(&self, when: NodeInStep) -> &State {
         when.of(&self.before, &self.state)
     }
 
@@ -119,7 +119,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// [`Singular`] when the constraints have lost rank.
     pub fn node_before(&mut self) -> Result<&Node, Singular> {
         if self.reads_states() {
-            return self.observe_state_at(When::Before);
+            return self.observe_state_at(NodeInStep::Before);
         }
         let Self { observer, start_observer, system, constraints, before, state, scheme, .. } =
             self;
@@ -152,7 +152,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     fn try_step(&mut self) -> Result<(), StepError> {
         let t_end = self.origin.time(self.state.step + 1, self.step);
         let Self { observer, start_observer, system, constraints, state, scheme, watch, .. } = self;
-        let Trial { end, interval } = &mut *self.trial;
+        let TrialStep { end, interval } = &mut *self.trial;
         end.copy_from(state);
         if interval.dim() != end.q.len() {
             *interval = Interval::new(end.q.len());
@@ -199,7 +199,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
         let impulse = nonsmooth.as_ref().map_or(&[][..], |contacts| contacts.trial_arrival());
         let observer = observer_at(state, observer, start_observer);
-        observer.observe_state(system, constraints, (state, impulse), h)
+        observer.observe_state(system, constraints, state, impulse, h)
     }
 
     /// What can be said of the current node without a step from there: `v̂`, `ᵠp_n`, `H_d(ᵠp_n)`.
@@ -207,19 +207,19 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// # Errors
     /// [`Singular`] when the constraints have lost rank.
     pub fn observe_state(&mut self) -> Result<&Node, Singular> {
-        self.observe_state_at(When::After)
+        self.observe_state_at(NodeInStep::After)
     }
 
     /// The same of either node next to the last macro step.
     ///
     /// # Errors
     /// As [`Integrator::observe_state`].
-    pub fn observe_state_at(&mut self, when: When) -> Result<&Node, Singular> {
+    pub fn observe_state_at(&mut self, when: NodeInStep) -> Result<&Node, Singular> {
         let h = if self.reads_states() { 0.0 } else { self.step };
         let Self { observer, start_observer, system, constraints, before, state, .. } = self;
         let at = when.of(before, state);
         let observer = observer_at(at, observer, start_observer);
-        observer.observe_state(system, constraints, (at, &[]), h)
+        observer.observe_state(system, constraints, at, &[], h)
     }
 
     /// `v̂` of the present node alone, shape `n`, as the last step arrives there: what was observed
@@ -233,12 +233,12 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         let Self { observer, start_observer, system, constraints, state, nonsmooth, .. } = self;
         let observer = observer_at(state, observer, start_observer);
         let Some(contacts) = nonsmooth else {
-            return observer.velocity(system, constraints, (state, h), &state.p, v);
+            return observer.velocity(system, constraints, state, h, &state.p, v);
         };
         let p = &mut self.trial.end.p; // which nobody reads any more
         p.copy_from_slice(&state.p);
         p.iter_mut().zip(contacts.trial_arrival()).for_each(|(p, impulse)| *p += impulse);
-        observer.velocity(system, constraints, (state, h), p, v)
+        observer.velocity(system, constraints, state, h, p, v)
     }
 
     /// What was last observed at the node of a state: [`Integrator::state`], or
@@ -258,7 +258,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// [`Singular`] when the constraints have lost rank.
     pub fn acceleration_multiplier(&mut self) -> Result<Vec<f64>, Singular> {
         let (mut force, mut lambda) = (Vec::new(), Vec::new());
-        self.find_acceleration(When::After, &mut force, Some(&mut lambda))?;
+        self.find_acceleration(NodeInStep::After, &mut force, Some(&mut lambda))?;
         Ok(lambda)
     }
 
@@ -270,7 +270,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     /// As [`Integrator::acceleration_multiplier`].
     pub fn find_acceleration(
         &mut self,
-        when: When,
+        when: NodeInStep,
         force: &mut Vec<f64>,
         lambda: Option<&mut Vec<f64>>,
     ) -> Result<&Node, Singular> {

@@ -11,20 +11,20 @@ use vi_core::newton::NewtonSettings;
 
 /// How the order is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
+pub enum OrderMethod {
     /// By a symmetric composition of steps of order 2, or by one of them.
     Composition(Composition),
     /// By polynomials of degree `s` on each step, order `2s` ([`crate::galerkin`]).
     Galerkin(Stages),
 }
 
-impl Default for Method {
+impl Default for OrderMethod {
     fn default() -> Self {
         Self::Composition(Composition::Identity)
     }
 }
 
-impl Method {
+impl OrderMethod {
     /// The order in `q_n` and `ᵠp_n`.
     #[must_use]
     pub fn order(self) -> u32 {
@@ -71,7 +71,7 @@ pub struct Options<K = SchemeKind> {
     /// Macro time step `h`, s; negative to run backwards in time.
     pub step: f64,
     /// How the order is reached.
-    pub method: Method,
+    pub method: OrderMethod,
     /// Newton's method.
     pub newton: NewtonSettings,
 }
@@ -80,21 +80,21 @@ impl<K> Options<K> {
     /// Order 2 with step `h` (s) and Newton's method to the round-off floor.
     #[must_use]
     pub fn new(scheme: K, step: f64) -> Self {
-        let (method, newton) = (Method::default(), NewtonSettings::default());
+        let (method, newton) = (OrderMethod::default(), NewtonSettings::default());
         Self { scheme, step, method, newton }
     }
 
     /// With a symmetric composition of order 4, 6 or 8.
     #[must_use]
     pub fn composition(mut self, composition: Composition) -> Self {
-        self.method = Method::Composition(composition);
+        self.method = OrderMethod::Composition(composition);
         self
     }
 
     /// With a Galerkin scheme of order `2s`.
     #[must_use]
     pub fn galerkin(mut self, stages: Stages) -> Self {
-        self.method = Method::Galerkin(stages);
+        self.method = OrderMethod::Galerkin(stages);
         self
     }
 }

@@ -104,14 +104,16 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
     ) -> Result<StepReport, StepError> {
         let step = self.state.step + 1;
         let next = self.origin.time(step, self.step);
-        self.take_length((self.step, next, step), parts, true, each)
+        self.take_length(self.step, next, step, parts, true, each)
     }
 
     /// A macro step of the length `length` as `parts` of it, to the time `next` and the node
     /// `step`; where it `is_whole`, `before` is a copy of the state.
     fn take_length(
         &mut self,
-        (length, next, step): (f64, f64, u64),
+        length: f64,
+        next: f64,
+        step: u64,
         parts: u32,
         is_whole: bool,
         mut each: Option<&mut dyn FnMut(&S, &C, Step<'_>)>,
@@ -177,7 +179,7 @@ impl<S: Discretization<C>, C: Constraints> Integrator<S, C> {
         self.before.copy_from(&self.state);
         self.state.history.clear(); // of steps of another length
         let step = self.state.step + u64::from(ends);
-        let taken = self.take_length((h, t_end, step), 1, false, Some(each));
+        let taken = self.take_length(h, t_end, step, 1, false, Some(each));
         if taken.is_err() {
             self.take_back();
         }

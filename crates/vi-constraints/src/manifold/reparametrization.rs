@@ -13,7 +13,7 @@
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault, Precision};
+use vi_core::newton::{Fault, Precision, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 
@@ -22,7 +22,7 @@ pub trait Reparametrization: Send {
     /// Degrees of freedom `d = n − rank G`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
-    fn blocks(&self) -> Vec<Block>;
+    fn blocks(&self) -> Vec<UnknownBlock>;
     /// `out ← P(q)`, shape `n × d`; `out` may hold anything on entry.
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>);
     /// Writes `s.q1 = F_d(u, s.q0)` and the increment `s.dq`, accurate relative to itself. Time
@@ -59,7 +59,7 @@ pub trait NodalOperators: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Takes `p̄_n` and `h` of a step, before [`NodalOperators::begin`].
     fn take_momentum(&mut self, _p: &[f64], _h: f64) {}
     /// Computes all that depends on `P(q_n)` alone, `q_n = s.q0`. With a `last` step, its `∂F_d/∂u`
@@ -114,7 +114,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Box<O> {
     fn dof(&self) -> usize {
         (**self).dof()
     }
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         (**self).blocks()
     }
     fn take_momentum(&mut self, p: &[f64], h: f64) {
@@ -217,7 +217,7 @@ pub fn pull_back(null_space: &DMatrix<f64>, w: &[f64], out: &mut [f64]) {
 #[derive(Debug)]
 pub struct DenseNodal<R> {
     map: R,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     null_space: DMatrix<f64>, // n × d  P(q_n)
     tangent: DMatrix<f64>,    // n × d  ∂F_d/∂u
     newton: DenseNewton,
@@ -270,7 +270,7 @@ impl<R: Reparametrization> NodalOperators for DenseNodal<R> {
         self.null_space.ncols()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

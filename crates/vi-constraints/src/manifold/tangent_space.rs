@@ -41,7 +41,7 @@ use std::sync::Arc;
 use vi_core::dense::{add_product, set_product};
 use vi_core::interval::Interval;
 use vi_core::linear::{DenseLu, norm_inf};
-use vi_core::newton::{Block, BlockKind, CLOSING_SIZE, Fault, Precision};
+use vi_core::newton::{BlockKind, CLOSING_SIZE, Fault, Precision, UnknownBlock};
 use vi_core::sparse::Entries;
 use vi_core::state::Memory;
 
@@ -49,7 +49,7 @@ use vi_core::state::Memory;
 #[derive(Debug)]
 pub struct TangentSpace<C> {
     constraints: Arc<C>,
-    blocks: [Block; 1],
+    blocks: [UnknownBlock; 1],
     qr: NullSpaceQr,
     jacobian: DMatrix<f64>, // m × n
     rows: Vec<usize>,       // r  constraints enforced
@@ -95,7 +95,7 @@ impl<C: Constraints> TangentSpace<C> {
         let zeros = |i, j| DMatrix::zeros(i, j);
         Self {
             constraints,
-            blocks: [Block { kind: BlockKind::Position, range: 0..d, floor: 1e-5 }],
+            blocks: [UnknownBlock { kind: BlockKind::Position, range: 0..d, floor: 1e-5 }],
             qr: NullSpaceQr::new(n, m),
             jacobian: zeros(m, n),
             rows: rows.rows().to_vec(),
@@ -300,7 +300,7 @@ impl<C: Constraints> NodalOperators for TangentSpace<C> {
         self.P.ncols()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

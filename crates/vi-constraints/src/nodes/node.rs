@@ -126,11 +126,12 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, ContactImpulse<'_>),
+        state: &State,
+        impulse: ContactImpulse<'_>,
         s: &Interval,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, (state, impulse.up_to), s.h)?;
-        self.impulse(system, constraints, (state, impulse.whole), s)?;
+        self.project(system, constraints, state, impulse.up_to, s.h)?;
+        self.impulse(system, constraints, state, impulse.whole, s)?;
         let Self { projections, node, m_work, n_work, .. } = self;
         node.discrete_energy = discrete_energy(system, s); // (52)
         let has_velocity = projections.free_velocity(system, &node.p, n_work)?;
@@ -161,10 +162,11 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<&Node, Singular> {
-        self.project(system, constraints, (state, impulse), h)?;
+        self.project(system, constraints, state, impulse, h)?;
         let Self { node, m_work, .. } = self;
         node.hamiltonian = None;
         node.discrete_energy = node.hamiltonian_projected;
@@ -178,7 +180,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         h: f64,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, node, m_work, .. } = self;
@@ -205,7 +208,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         p: &[f64],
         v: &mut [f64],
     ) -> Result<(), Singular> {
@@ -235,7 +239,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (s, p): (&Interval, &[f64]),
+        s: &Interval,
+        p: &[f64],
         changes: &mut [f64],
     ) -> Result<(), Singular> {
         if constraints.constrains_velocities() {
@@ -297,7 +302,7 @@ impl NodeObserver {
             let mut force = vec![0.0; n];
             self.acceleration_force(system, constraints, state, &mut force, Some(&mut lambda))?;
         } else {
-            self.observe_state(system, constraints, (state, &[]), 0.0)?;
+            self.observe_state(system, constraints, state, &[], 0.0)?;
             let Self { projections, node, .. } = self;
             let at = state.configuration();
             projections.independent_multiplier(
@@ -342,7 +347,8 @@ impl NodeObserver {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (state, impulse): (&State, &[f64]),
+        state: &State,
+        impulse: &[f64],
         s: &Interval,
     ) -> Result<(), Singular> {
         let Self { projections, solvers, n_work: w, node, .. } = self;
@@ -386,7 +392,7 @@ impl NodeObserver {
         force: &mut [f64],
         mut lambda: Option<&mut [f64]>,
     ) -> Result<(), Singular> {
-        self.observe_state(system, constraints, (state, &[]), 0.0)?;
+        self.observe_state(system, constraints, state, &[], 0.0)?;
         let Self { projections, solvers, node, m_work, .. } = self;
         let (at, v) = (state.configuration(), &node.v[..]);
         let here = NodeMotion { at, v, memory: &state.memory };

@@ -10,7 +10,7 @@ use vi_core::state::State;
 impl NodeImpulses {
     /// Records the step that was solved last, in the state at its `end`, a copy of the one where it
     /// starts that has moved on.
-    pub(super) fn accept(&mut self, (t, h): (f64, f64), end: &mut State, records: &mut Records) {
+    pub(super) fn accept(&mut self, t: f64, h: f64, end: &mut State, records: &mut Records) {
         let before = end.contacts.step;
         let first = records.contacts.len();
         let remembered = &mut end.contacts;

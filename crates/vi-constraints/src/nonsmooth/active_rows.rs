@@ -181,7 +181,7 @@ impl ActiveRows {
 
     /// Takes `W_s` from the changes `dq` of the end of the last step with the impulses of all rows,
     /// as tangents at the node, shape `n × k` by columns.
-    pub(super) fn respond(&mut self, rows: &ContactRows, (dq, n): (&[f64], usize), h: f64) {
+    pub(super) fn respond(&mut self, rows: &ContactRows, dq: &[f64], n: usize, h: f64) {
         let Self { all, response, model, .. } = self;
         response.clear();
         if model.is_empty() {
@@ -273,7 +273,7 @@ impl ActiveRows {
         let places = islands.contacts(island);
         let mut count = 0;
         part_friction(contacts, W, places);
-        self.part_kept((contacts, W, places), (plus, lambda));
+        self.part_kept(contacts, W, places, plus, lambda);
         for place in places {
             let contact = &mut contacts[*place];
             let first = contact.row;
@@ -321,8 +321,11 @@ impl ActiveRows {
     /// What the step from an impact adds to its velocities by the impulses of what is kept [N9].
     fn part_kept(
         &mut self,
-        (contacts, W, places): (&mut [Contact], &Delassus, &[usize]),
-        (plus, lambda): (&[f64], &[f64]),
+        contacts: &mut [Contact],
+        W: &Delassus,
+        places: &[usize],
+        plus: &[f64],
+        lambda: &[f64],
     ) {
         let rests = |place: &usize| contacts[*place].rests;
         self.is_kept = places.iter().any(rests) && has_impact(contacts, places);
@@ -452,7 +455,7 @@ impl ActiveRows {
             own.given.clear();
             own.given.extend(of.map(|row| *row.1));
             loop {
-                let solved = own.solver.step(cones, L, (w, own.rho), (&own.given, found));
+                let solved = own.solver.step(cones, L, w, own.rho, &own.given, found);
                 match solved {
                     Ok(report) if !report.follows && own.rho > FIRST => own.rho *= SOFTER,
                     _ => break solved,
@@ -464,7 +467,7 @@ impl ActiveRows {
             let enough = own.within.max(least);
             let central = is_large && self.in_vain == 0; // laws do not contradict one another yet
             let repeated = Repeated { first: own.rho, within, enough, afresh, central };
-            own.solver.follow(cones, L, (w, repeated), found)
+            own.solver.follow(cones, L, w, repeated, found)
         };
         own.left = match solved {
             Ok(report) => report.left,

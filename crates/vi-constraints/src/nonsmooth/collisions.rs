@@ -21,15 +21,16 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin_at_rest();
         self.is_guarded = false;
         if !self.may_be_hit() {
-            self.settle(elements, run, at)?;
-            return self.settle_departures(elements, run, at);
+            self.settle(elements, run, step, state)?;
+            return self.settle_departures(elements, run, step, state);
         }
-        self.find_hits(elements, run, at)?;
+        self.find_hits(elements, run, step, state)?;
         let mut own = std::mem::take(&mut self.guarded);
         let mut outcome = Ok(());
         for island in 0..self.islands.count() {
@@ -40,7 +41,7 @@ impl NodeImpulses {
             own.clear();
             own.extend(contacts.iter().filter(|place| self.contacts[**place].may_collide()));
             outcome = match self.impact_law {
-                ImpactLaw::Sequential => self.collide_in_sequence(elements, &own, at.0.h),
+                ImpactLaw::Sequential => self.collide_in_sequence(elements, &own, step.h),
                 _ => self.collide_at_once(elements, &own),
             };
             if outcome.is_err() {
@@ -54,8 +55,8 @@ impl NodeImpulses {
             *minus = arrival[i] + W.product(i, |j| impacts[j]);
         }
         self.contacts.iter_mut().for_each(|contact| contact.is_hit = false);
-        self.settle(elements, run, at)?;
-        self.settle_departures(elements, run, at)
+        self.settle(elements, run, step, state)?;
+        self.settle_departures(elements, run, step, state)
     }
 
     /// `Λ = (1 + e) Λ⁰` of the contacts of an island.

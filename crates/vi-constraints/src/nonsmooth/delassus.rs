@@ -24,7 +24,7 @@ const SMALL: f64 = 1e-13;
 
 /// What a row has in a group.
 #[derive(Clone, Copy, Debug)]
-struct Part {
+struct GroupRow {
     row: u32,
     group: u32,
     entries: [usize; 2], // from and to
@@ -36,7 +36,7 @@ struct Part {
 pub(super) struct Delassus {
     groups: Option<Groups>,
     entries: Vec<(u32, u32, f64)>, // of all rows: group, place, value
-    parts: Vec<Part>,              // by rows, then groups
+    parts: Vec<GroupRow>,          // by rows, then groups
     part_ends: Vec<usize>,         // k
     of_group: Vec<Vec<u32>>,       // parts in each group
     used: Vec<u32>,                // groups that have some
@@ -78,13 +78,14 @@ impl Delassus {
     pub(super) fn open<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         rows: &ContactRows,
         minus: &mut [f64],
     ) -> Result<(), StepError> {
         let n = state.q.len();
         if self.groups.is_none() {
-            self.groups = Some(Groups::find(run.system, run.constraints, (state, h)));
+            self.groups = Some(Groups::find(run.system, run.constraints, state, h));
         }
         self.list(rows);
         for vector in [&mut self.p, &mut self.v, &mut self.at_rest] {
@@ -94,7 +95,7 @@ impl Delassus {
             self.p.fill(0.0);
             run.velocity(state, h, &self.p, &mut self.at_rest)?;
         }
-        self.find_columns(run, (state, h))?;
+        self.find_columns(run, state, h)?;
         self.multiply();
         self.factor.is_current = false;
         let Self { groups, parts, part_ends, columns, at_rest, .. } = self;
@@ -138,7 +139,7 @@ impl Delassus {
                     used.push(group);
                 }
                 list.push(parts.len() as u32);
-                parts.push(Part { row, group, entries: [from, to], column: size });
+                parts.push(GroupRow { row, group, entries: [from, to], column: size });
                 size += groups.members(group as usize).len();
                 from = to;
             }
@@ -152,7 +153,8 @@ impl Delassus {
     fn find_columns<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
     ) -> Result<(), StepError> {
         let Self { groups, entries, parts, of_group, used, columns, p, v, at_rest, .. } = self;
         let Some(groups) = groups else { return Ok(()) };
@@ -188,7 +190,7 @@ impl Delassus {
         sums.resize(k, 0.0);
         touched.clear();
         touched.resize(k, false);
-        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product(entries, columns, a, b);
         for i in 0..k {
             found.clear();
             for own in &parts[range(part_ends, i)] {
@@ -219,7 +221,7 @@ impl Delassus {
         if std::mem::replace(&mut factor.is_current, true) {
             return;
         }
-        let product = |a: &Part, b: &Part| product((entries, columns), a, b);
+        let product = |a: &GroupRow, b: &GroupRow| product(entries, columns, a, b);
         used.sort_unstable();
         factor.of_part.clear();
         factor.of_part.resize(parts.len(), [0; 2]);
@@ -299,8 +301,8 @@ impl Delassus {
 }
 
 /// What two rows have in a group, `B_i A B_jᵀ`, symmetric to the bit.
-fn product((entries, columns): (&[(u32, u32, f64)], &[f64]), a: &Part, b: &Part) -> f64 {
-    let half = |a: &Part, b: &Part| {
+fn product(entries: &[(u32, u32, f64)], columns: &[f64], a: &GroupRow, b: &GroupRow) -> f64 {
+    let half = |a: &GroupRow, b: &GroupRow| {
         let own = entries[a.entries[0]..a.entries[1]].iter();
         own.map(|(_, place, value)| value * columns[b.column + *place as usize]).sum::<f64>()
     };

@@ -222,7 +222,7 @@ impl Nonsmooth {
         each: &mut Each<'_, S, C>,
     ) -> Result<NewtonReport, StepError> {
         let mut own = self.base.take();
-        let taken = self.take_nodes(run, step, (start, &mut own), each);
+        let taken = self.take_nodes(run, step, start, &mut own, each);
         self.base = own;
         taken?;
         Ok(run.report)
@@ -232,7 +232,8 @@ impl Nonsmooth {
         &mut self,
         run: &mut Stepping<'_, S, C>,
         step: SubStep,
-        (mut start, own): (Option<&State>, &mut Option<Box<State>>),
+        mut start: Option<&State>,
+        own: &mut Option<Box<State>>,
         each: &mut Each<'_, S, C>,
     ) -> Result<(), StepError> {
         let (mut events, mut h, nodes) = (0, step.h, self.records.nodes.len());
@@ -246,7 +247,7 @@ impl Nonsmooth {
                 }
             };
             run.is_at_start = true;
-            let t_end = self.take_node(run, (step, h, events), base)?;
+            let t_end = self.take_node(run, step, h, events, base)?;
             events += run.end.contacts.counts.events - base.contacts.counts.events;
             let s = run.scheme.interval();
             if let Some(each) = each {
@@ -277,7 +278,9 @@ impl Nonsmooth {
     fn take_node<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, h, events): (SubStep, f64, u64),
+        step: SubStep,
+        h: f64,
+        events: u64,
         state: &State,
     ) -> Result<f64, StepError> {
         let mut part = h;
@@ -286,7 +289,7 @@ impl Nonsmooth {
         loop {
             let t_end = if part < h { state.t + part } else { step.t_end };
             let own = SubStep { h: part, t_end, ..step };
-            match self.take_part(run, (own, step.h, events), state) {
+            match self.take_part(run, own, step.h, events, state) {
                 Ok(t_end) => {
                     run.end.contacts.counts.divided += u64::from(part < h);
                     return Ok(t_end);
@@ -326,7 +329,9 @@ impl Nonsmooth {
     fn take_part<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, whole, events): (SubStep, f64, u64),
+        step: SubStep,
+        whole: f64,
+        events: u64,
         state: &State,
     ) -> Result<f64, StepError> {
         let fixed = self.options.method == Method::Stepping
@@ -334,7 +339,7 @@ impl Nonsmooth {
             || step.h <= REST * whole;
         self.close(state, fixed);
         self.node.begin_node(whole);
-        self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+        self.node.open(&self.elements, run, state, step.h, &self.set)?;
         let mut sub_step = step;
         let mut counts = state.contacts.counts;
         let mut divides = !fixed;
@@ -348,17 +353,17 @@ impl Nonsmooth {
             counts.exhausted += u64::from(is_exhausted);
             if divides {
                 self.close(state, false);
-                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+                self.node.open(&self.elements, run, state, step.h, &self.set)?;
             }
         }
         let mut touch = None;
         if divides {
             self.is_undivided = false;
-            touch = self.solve_to_touch(run, (sub_step, whole), state)?;
+            touch = self.solve_to_touch(run, sub_step, whole, state)?;
             if self.is_undivided {
                 touch = None;
                 self.close(state, true);
-                self.node.open(&self.elements, run, (state, step.h), &self.set)?;
+                self.node.open(&self.elements, run, state, step.h, &self.set)?;
                 self.solve_fixed(run, step, state)?;
             }
         }
@@ -370,7 +375,7 @@ impl Nonsmooth {
         let smallest = self.near.iter().map(gap).chain(counts.smallest_gap);
         counts.smallest_gap = smallest.min_by(f64::total_cmp);
         run.end.contacts.counts = counts;
-        self.node.accept((state.t, sub_step.h), run.end, &mut self.records);
+        self.node.accept(state.t, sub_step.h, run.end, &mut self.records);
         self.is_current = true;
         Ok(sub_step.t_end)
     }
@@ -380,7 +385,8 @@ impl Nonsmooth {
     fn may_divide<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (h, state): (f64, &State),
+        h: f64,
+        state: &State,
     ) -> Result<bool, StepError> {
         if !run.system.adds_mass() {
             return Ok(true);
@@ -441,7 +447,7 @@ impl Nonsmooth {
         step: SubStep,
         state: &State,
     ) -> Result<Option<f64>, StepError> {
-        self.node.solve(&self.elements, run, (step, state))?;
+        self.node.solve(&self.elements, run, step, state)?;
         Ok(self.find_open(run, state))
     }
 
@@ -465,14 +471,14 @@ impl Nonsmooth {
         state: &State,
     ) -> Result<(), StepError> {
         while self.set.len() > MANY {
-            self.node.look_ahead(&self.elements, run, (step, state))?;
+            self.node.look_ahead(&self.elements, run, step, state)?;
             if !self.find_open(run, state).is_some_and(|gap| gap < 0.0) {
                 break;
             }
-            self.join(run, (step.h, state), 0.0)?;
+            self.join(run, step.h, state, 0.0)?;
         }
         while self.solve(run, step, state)?.is_some_and(|gap| gap < 0.0) {
-            self.join(run, (step.h, state), 0.0)?;
+            self.join(run, step.h, state, 0.0)?;
         }
         Ok(())
     }
@@ -481,7 +487,8 @@ impl Nonsmooth {
     fn join<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (h, state): (f64, &State),
+        h: f64,
+        state: &State,
         below: f64,
     ) -> Result<(), StepError> {
         let Self { near, set, .. } = self;
@@ -489,9 +496,9 @@ impl Nonsmooth {
         set.sort_unstable();
         set.dedup();
         if self.set.len() > MANY {
-            return self.node.open_again(&self.elements, run, (state, h), &self.set);
+            return self.node.open_again(&self.elements, run, state, h, &self.set);
         }
-        self.node.open(&self.elements, run, (state, h), &self.set)
+        self.node.open(&self.elements, run, state, h, &self.set)
     }
 
     /// Solves the node for a step, or where it passes a contact, for the step to its first touch:
@@ -499,7 +506,8 @@ impl Nonsmooth {
     fn solve_to_touch<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, whole): (SubStep, f64),
+        step: SubStep,
+        whole: f64,
         state: &State,
     ) -> Result<Option<f64>, StepError> {
         loop {
@@ -514,12 +522,12 @@ impl Nonsmooth {
                     return Ok(None);
                 }
             }
-            if self.options.method == Method::Events && !self.may_divide(run, (end.0, state))? {
+            if self.options.method == Method::Events && !self.may_divide(run, end.0, state)? {
                 self.is_undivided = true;
                 return Ok(None);
             }
             for _ in 0..BRANCHES {
-                let (found, at) = self.first_touch(run, (step, whole, end), state)?;
+                let (found, at) = self.first_touch(run, step, whole, end, state)?;
                 if found <= REST * whole {
                     break;
                 }
@@ -537,12 +545,12 @@ impl Nonsmooth {
             let known = self.set.len();
             let to = end.0.min(REST * whole);
             self.solve(run, SubStep { h: to, t_end: state.t + to, ..step }, state)?;
-            self.join(run, (step.h, state), TOUCH)?;
+            self.join(run, step.h, state, TOUCH)?;
             if self.set.len() == known {
                 // the gap that is passed is not yet closed: the smallest one joins in any case
                 let trial = SubStep { h: end.0, t_end: state.t + end.0, ..step };
                 let smallest = self.solve(run, trial, state)?.unwrap_or(0.0);
-                self.join(run, (step.h, state), smallest.max(0.0).next_up())?;
+                self.join(run, step.h, state, smallest.max(0.0).next_up())?;
             }
         }
     }
@@ -551,7 +559,9 @@ impl Nonsmooth {
     fn first_touch<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, whole, (length, passed)): (SubStep, f64, (f64, f64)),
+        step: SubStep,
+        whole: f64,
+        (length, passed): (f64, f64),
         state: &State,
     ) -> Result<(f64, f64), StepError> {
         // what is passed may have been out of reach where the step starts
@@ -620,7 +630,7 @@ impl Nonsmooth {
             if !known {
                 self.v.iter_mut().for_each(|v| v.resize(state.q.len(), 0.0));
                 let [before, after] = &mut self.v;
-                self.node.velocity_after(run, (state, h), before)?;
+                self.node.velocity_after(run, state, h, before)?;
                 run.velocity_at_end(h, after)?;
                 known = true;
             }

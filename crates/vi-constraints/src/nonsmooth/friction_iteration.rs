@@ -17,15 +17,16 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         loop {
-            self.settle_slip(elements, run, at)?;
+            self.settle_slip(elements, run, step, state)?;
             let speeds = self.speeds();
             let Self { contacts, lambda, W, .. } = self;
             let mut any = false;
             for contact in contacts.iter_mut().filter(|own| own.law.has_static_friction()) {
-                let slides = contact.is_sliding(lambda, W, (speeds, at.0.h));
+                let slides = contact.is_sliding(lambda, W, (speeds, step.h));
                 if let Some(holds) = contact.holds_now(slides) {
                     (contact.holds, contact.slides, contact.kept) = (holds, false, false);
                     any = true;
@@ -43,19 +44,20 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         for contact in &mut self.contacts {
             (contact.turns, contact.parted) = (false, false);
             contact.course = Course::Usual;
         }
-        self.iterate(elements, run, at)?;
-        if self.turning_slip && self.find_turns(elements, at.0.h)? {
+        self.iterate(elements, run, step, state)?;
+        if self.turning_slip && self.find_turns(elements, step.h)? {
             self.usual.clone_from(&self.lambda);
-            if self.iterate(elements, run, at).is_err() {
+            if self.iterate(elements, run, step, state).is_err() {
                 self.contacts.iter_mut().for_each(|contact| contact.turns = false);
                 self.lambda.clone_from(&self.usual);
-                self.iterate(elements, run, at)?;
+                self.iterate(elements, run, step, state)?;
             }
         }
         let mut decided = false;
@@ -78,7 +80,7 @@ impl NodeImpulses {
             if !changed {
                 return Ok(());
             }
-            self.iterate(elements, run, at)?;
+            self.iterate(elements, run, step, state)?;
         }
     }
 

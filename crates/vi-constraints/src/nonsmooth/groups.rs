@@ -59,7 +59,8 @@ impl Groups {
     pub(super) fn find(
         system: &impl MechanicalSystem,
         constraints: &impl Constraints,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
     ) -> Self {
         let n = state.q.len();
         let firsts = vec![usize::MAX; constraints.len()];

@@ -40,10 +40,11 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         loop {
-            match self.settle(elements, run, at) {
+            match self.settle(elements, run, step, state) {
                 Err(error) if self.may_yield && error.has_no_impulses() && self.yields() => {}
                 outcome => return outcome,
             }
@@ -113,7 +114,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         if !self.contacts.iter().any(|contact| contact.kind == Kind::Impact) {
             return Ok(());
@@ -124,7 +126,7 @@ impl NodeImpulses {
             own.clear();
             own.extend_from_slice(self.islands.contacts(island));
             if own.iter().any(|place| self.contacts[*place].kind == Kind::Impact) {
-                outcome = self.reduce(&own, &mut |node| node.settle(elements, run, at));
+                outcome = self.reduce(&own, &mut |node| node.settle(elements, run, step, state));
             }
             if outcome.is_err() {
                 break;

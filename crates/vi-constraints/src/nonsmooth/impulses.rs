@@ -74,7 +74,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         set: &[ContactId],
     ) -> Result<(), StepError> {
         let at = state.configuration();
@@ -85,7 +86,7 @@ impl NodeImpulses {
         for &id in set {
             let element = elements[id.element as usize].as_ref();
             let known = state.contacts.find(id);
-            let mut contact = Contact::open((id, rows.len()), element, known, at);
+            let mut contact = Contact::open(id, rows.len(), element, known, at);
             contact.is_kept &= state.contacts.step > 0.0; // not after an event
             element.rows(id.feature, at, rows);
             let impulse = known.map_or([0.0; 3], |known| known.impulse);
@@ -100,7 +101,7 @@ impl NodeImpulses {
         p.resize(state.q.len(), 0.0);
         (self.solved, self.is_guarded) = (0, false);
         if k > 0 {
-            W.open(run, (state, h), rows, minus)?;
+            W.open(run, state, h, rows, minus)?;
         }
         let speeds = norm_inf(minus);
         for contact in contacts.iter_mut().filter(|contact| contact.law.has_static_friction()) {
@@ -130,7 +131,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (&State, f64),
+        state: &State,
+        h: f64,
         set: &[ContactId],
     ) -> Result<(), StepError> {
         let Self { contacts, lambda, found, .. } = self;
@@ -141,7 +143,7 @@ impl NodeImpulses {
             own.iter_mut().zip(&lambda[rows]).for_each(|(to, from)| *to = *from);
             (contact.id, own)
         }));
-        self.open(elements, run, at, set)?;
+        self.open(elements, run, state, h, set)?;
         let Self { contacts, lambda, found, .. } = self;
         for contact in contacts {
             if let Ok(place) = found.binary_search_by(|own| own.0.cmp(&contact.id)) {
@@ -156,7 +158,8 @@ impl NodeImpulses {
     pub(super) fn velocity_after<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (state, h): (&State, f64),
+        state: &State,
+        h: f64,
         out: &mut [f64],
     ) -> Result<(), StepError> {
         let Self { p, rows, lambda, impacts, .. } = self;
@@ -171,13 +174,14 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin();
         self.begin_laws(true);
-        self.next_impulses(elements, run, (step, state), 0)?;
+        self.next_impulses(elements, run, step, state, 0)?;
         std::mem::swap(&mut self.lambda, &mut self.next);
-        self.try_step_near(run, (step, state))
+        self.try_step_near(run, step, state)
     }
 
     /// Nothing is decided about the contacts.
@@ -196,20 +200,21 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin();
         if self.impact_law != ImpactLaw::Newton {
-            return self.solve_after_impacts(elements, run, (step, state));
+            return self.solve_after_impacts(elements, run, step, state);
         }
         if self.may_be_hit() {
-            self.find_hits(elements, run, (step, state))?;
-            self.settle_impacts(elements, run, (step, state))?;
+            self.find_hits(elements, run, step, state)?;
+            self.settle_impacts(elements, run, step, state)?;
         } else {
-            self.settle(elements, run, (step, state))?;
+            self.settle(elements, run, step, state)?;
         }
-        self.settle_departures(elements, run, (step, state))?;
-        self.guard(elements, run, (step, state))
+        self.settle_departures(elements, run, step, state)?;
+        self.guard(elements, run, step, state)
     }
 
     /// Whether a contact approaches and may bounce.
@@ -222,7 +227,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { contacts, minus, .. } = self;
         let mut any = false;
@@ -234,7 +240,7 @@ impl NodeImpulses {
         if any {
             self.next.copy_from_slice(&self.lambda);
             self.lambda.fill(0.0);
-            let taken = self.try_step(run, (step, state));
+            let taken = self.try_step(run, step, state);
             self.lambda.copy_from_slice(&self.next);
             taken?;
             let end = run.end.configuration();
@@ -270,7 +276,8 @@ impl Contact {
     /// A contact at the configuration of a node, its first row, and what is known of it from the
     /// node before. Nothing is decided.
     fn open(
-        (id, row): (ContactId, usize),
+        id: ContactId,
+        row: usize,
         element: &dyn Unilateral,
         known: Option<&Remembered>,
         at: Configuration<'_>,

@@ -136,21 +136,22 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         for _ in 0..DEPARTURES {
-            if !self.find_departures(at.0.h) {
+            if !self.find_departures(step.h) {
                 return Ok(());
             }
             self.usual.clone_from(&self.lambda);
-            if let Err(error) = self.settle(elements, run, at) {
+            if let Err(error) = self.settle(elements, run, step, state) {
                 if !error.has_no_impulses() {
                     return Err(error);
                 }
                 // it keeps the law of positions
                 self.contacts.iter_mut().for_each(|contact| contact.departs = false);
                 self.lambda.clone_from(&self.usual);
-                return self.settle(elements, run, at);
+                return self.settle(elements, run, step, state);
             }
         }
         Ok(())

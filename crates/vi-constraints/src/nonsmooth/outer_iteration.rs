@@ -39,16 +39,17 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begun.clone_from(&self.lambda);
-        let outcome = self.iterate_laws(elements, run, at);
+        let outcome = self.iterate_laws(elements, run, step, state);
         let turns = self.contacts.iter().any(|contact| contact.turns);
         match &outcome {
             Err(error) if self.may_relax && !turns && error.may_end() => {
                 self.problems.iter_mut().for_each(|problem| problem.by_proximal_steps = true);
                 self.lambda.clone_from(&self.begun);
-                self.iterate_laws(elements, run, at)
+                self.iterate_laws(elements, run, step, state)
             }
             _ => outcome,
         }
@@ -59,7 +60,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         self.begin_laws(false);
         let (mut last, mut was_exact, mut responds) = (f64::INFINITY, false, false);
@@ -69,7 +71,7 @@ impl NodeImpulses {
                 self.contacts.iter_mut().for_each(Contact::settle);
                 settled = true;
             }
-            let is_exact = self.next_impulses(elements, run, (step, state), pass)?;
+            let is_exact = self.next_impulses(elements, run, step, state, pass)?;
             if self.contacts.is_empty() {
                 return Ok(());
             }
@@ -93,7 +95,7 @@ impl NodeImpulses {
             }
             if !responds && Self::is_slow(pass, change, last) {
                 responds = true;
-                self.respond(run, (step, state))?;
+                self.respond(run, step, state)?;
             }
             (last, was_exact) = (if complies { f64::INFINITY } else { change }, is_exact);
             std::mem::swap(&mut self.lambda, &mut self.next);
@@ -129,14 +131,15 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
         pass: usize,
     ) -> Result<bool, StepError> {
-        self.try_step_near(run, (step, state))?;
+        self.try_step_near(run, step, state)?;
         if self.contacts.is_empty() {
             return Ok(true);
         }
-        self.measure(elements, run, (step, state));
+        self.measure(elements, run, step, state);
         if pass == FROZEN {
             self.keep_slip_speeds();
         }
@@ -171,10 +174,11 @@ impl NodeImpulses {
     pub(super) fn try_step_near<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        at: (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let mut halvings = 0;
-        while let Err(error) = self.try_step(run, at) {
+        while let Err(error) = self.try_step(run, step, state) {
             if halvings == HALVINGS || self.lambda == self.solved_with {
                 return Err(error);
             }
@@ -191,7 +195,8 @@ impl NodeImpulses {
     pub(super) fn try_step<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { rows, lambda, impacts, contacts, .. } = self;
         if !run.is_at_start {
@@ -216,7 +221,8 @@ impl NodeImpulses {
         &mut self,
         elements: &Elements,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) {
         let Self { contacts, rows, W, minus, plus, lambda, impacts, p, transverse, .. } = self;
         let whole = &self.whole;

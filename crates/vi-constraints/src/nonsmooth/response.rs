@@ -32,7 +32,8 @@ impl NodeImpulses {
     pub(super) fn respond<S: Discretization<C>, C: Constraints>(
         &mut self,
         run: &mut Stepping<'_, S, C>,
-        (step, state): (SubStep, &State),
+        step: SubStep,
+        state: &State,
     ) -> Result<(), StepError> {
         let Self { p, rows, W, lambda, impacts, responses, problems, islands, .. } = self;
         if rows.len() > DENSE {
@@ -47,7 +48,7 @@ impl NodeImpulses {
             rows.add_to(i, 1.0, response);
         }
         let s = run.scheme.interval();
-        if run.observer.step_response(run.system, run.constraints, (s, p), responses).is_err() {
+        if run.observer.step_response(run.system, run.constraints, s, p, responses).is_err() {
             return Ok(());
         }
         for response in responses.chunks_exact_mut(n) {
@@ -57,7 +58,7 @@ impl NodeImpulses {
             response.iter_mut().zip(W.at_rest()).for_each(|(v, own)| *v -= own);
         }
         for problem in problems.iter_mut().take(islands.count()) {
-            problem.respond(rows, (responses, n), step.h);
+            problem.respond(rows, responses, n, step.h);
         }
         Ok(())
     }

@@ -47,7 +47,7 @@ impl<'a, S: Discretization<C>, C: Constraints> Stepping<'a, S, C> {
     /// `v ← v̂` at the end of the step.
     pub(super) fn velocity_at_end(&mut self, h: f64, v: &mut [f64]) -> Result<(), StepError> {
         let Self { system, constraints, observer, end, .. } = self;
-        let found = observer.velocity(system, constraints, (end, h), &end.p, v);
+        let found = observer.velocity(system, constraints, end, h, &end.p, v);
         found.map_err(|_| ContactFault::RankLost.into())
     }
 
@@ -60,7 +60,7 @@ impl<'a, S: Discretization<C>, C: Constraints> Stepping<'a, S, C> {
         v: &mut [f64],
     ) -> Result<(), StepError> {
         let Self { system, constraints, observer, .. } = self;
-        let found = observer.velocity(system, constraints, (state, h), p, v);
+        let found = observer.velocity(system, constraints, state, h, p, v);
         found.map_err(|_| ContactFault::RankLost.into())
     }
 }

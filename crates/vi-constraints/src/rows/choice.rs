@@ -4,7 +4,7 @@
 //! part in it, and time and memory are linear in their number.
 
 use super::independent_rows::IndependentRows;
-use crate::connected::{Part, connected};
+use crate::connected::{ConnectedRows, connected};
 use crate::constraints::Constraints;
 use vi_core::sparse::SparseMatrix;
 
@@ -16,7 +16,7 @@ impl IndependentRows {
         let jacobian = jacobian(constraints, t, q);
         let parts = connected(&jacobian).into_iter();
         let tolerance = constraints.rank_tolerance();
-        let pivots = |part: Part| part.pivots(&jacobian, tolerance);
+        let pivots = |part: ConnectedRows| part.pivots(&jacobian, tolerance);
         let chosen: Vec<usize> = parts.flat_map(pivots).collect();
         Self::choose(constraints.len(), &chosen)
     }

@@ -14,7 +14,7 @@ const NONE: usize = usize::MAX;
 
 /// Rows that columns connect, and these columns; both ascending.
 #[derive(Debug, Default)]
-pub(crate) struct Part {
+pub(crate) struct ConnectedRows {
     pub(crate) rows: Vec<usize>,
     pub(crate) columns: Vec<usize>,
 }
@@ -48,18 +48,18 @@ pub(crate) fn groups(
 }
 
 /// The connected parts of a matrix; rows without entries are parts of their own.
-pub(crate) fn connected(matrix: &SparseMatrix) -> Vec<Part> {
+pub(crate) fn connected(matrix: &SparseMatrix) -> Vec<ConnectedRows> {
     let (m, n) = matrix.shape();
     let group = groups(m, n, |visit| matrix.for_each(|i, j, _| visit(i, j)));
     let mut part_of_row = vec![NONE; m];
     let mut part_of_group = vec![NONE; n];
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<ConnectedRows> = Vec::new();
     for j in 0..n {
         for (i, _) in matrix.column(j) {
             let part = &mut part_of_group[group[j]];
             if *part == NONE {
                 *part = parts.len();
-                parts.push(Part::default());
+                parts.push(ConnectedRows::default());
             }
             part_of_row[i] = *part;
         }
@@ -70,13 +70,13 @@ pub(crate) fn connected(matrix: &SparseMatrix) -> Vec<Part> {
     for (i, part) in part_of_row.into_iter().enumerate() {
         match parts.get_mut(part) {
             Some(part) => part.rows.push(i),
-            None => parts.push(Part { rows: vec![i], columns: Vec::new() }),
+            None => parts.push(ConnectedRows { rows: vec![i], columns: Vec::new() }),
         }
     }
     parts
 }
 
-impl Part {
+impl ConnectedRows {
     /// Whether a dense matrix is too large.
     pub(crate) fn is_large(&self) -> bool {
         self.columns.len().max(self.rows.len()) > DENSE_COORDINATES

@@ -18,7 +18,7 @@ pub(crate) struct NormalMatrix {
     rows: RowPattern,
     numbers: Vec<f64>, // of the Jacobian that the factors are of; empty without factors
     diagonal: Vec<f64>, // n  of GᵀG + αI
-    blocks: Option<Blocks>,
+    blocks: Option<NormalBlocks>,
     general: General,
     in_blocks: bool, // which of them has the factors
 }
@@ -33,7 +33,7 @@ struct RowPattern {
 
 /// The matrix in blocks.
 #[derive(Debug)]
-struct Blocks {
+struct NormalBlocks {
     lu: BlockLu,
     places: Vec<[usize; 2]>,
     starts: Vec<usize>,       // of each block among the values, and their number
@@ -51,7 +51,7 @@ struct General {
 
 /// A Jacobian, and the diagonal of its normal matrix.
 #[derive(Clone, Copy)]
-struct Given<'a> {
+struct GivenJacobian<'a> {
     rows: &'a RowPattern,
     numbers: &'a [f64],
     diagonal: &'a [f64],
@@ -82,7 +82,7 @@ impl RowPattern {
     }
 }
 
-impl Blocks {
+impl NormalBlocks {
     /// `None` where there is too much fill.
     fn new(rows: &RowPattern) -> Option<Self> {
         let n = rows.shape.1;
@@ -110,7 +110,7 @@ impl Blocks {
         Some(Self { lu, places, starts, values, targets, diagonal })
     }
 
-    fn factorize(&mut self, of: Given<'_>) -> Result<(), Singular> {
+    fn factorize(&mut self, of: GivenJacobian<'_>) -> Result<(), Singular> {
         let Self { lu, places, starts, values, targets, diagonal: own } = self;
         values.fill(0.0);
         let mut targets = targets.iter();
@@ -127,7 +127,7 @@ impl Blocks {
 }
 
 impl General {
-    fn factorize(&mut self, of: Given<'_>) -> Result<(), Singular> {
+    fn factorize(&mut self, of: GivenJacobian<'_>) -> Result<(), Singular> {
         let n = of.diagonal.len();
         let matrix = SparseMatrix::update(&mut self.matrix, (n, n), |out| of.emit_lower(out));
         let known = self.cholesky.take();
@@ -136,7 +136,7 @@ impl General {
     }
 }
 
-impl Given<'_> {
+impl GivenJacobian<'_> {
     /// The lower triangle, row by row of `G`.
     fn emit_lower(&self, out: &mut dyn Entries) {
         let Self { rows, numbers, diagonal } = self;
@@ -149,7 +149,7 @@ impl NormalMatrix {
     /// Of Jacobians with the pattern of this one.
     pub(crate) fn new(jacobian: &SparseMatrix) -> Self {
         let rows = RowPattern::new(jacobian);
-        let (blocks, diagonal) = (Blocks::new(&rows), vec![0.0; rows.shape.1]);
+        let (blocks, diagonal) = (NormalBlocks::new(&rows), vec![0.0; rows.shape.1]);
         let numbers = Vec::with_capacity(rows.entries.len());
         Self { rows, numbers, diagonal, blocks, general: General::default(), in_blocks: false }
     }
@@ -175,7 +175,7 @@ impl NormalMatrix {
         rows.entries.iter().for_each(|&(j, place)| diagonal[j] += numbers[place].powi(2));
         let shift = SHIFT * norm_inf(diagonal);
         diagonal.iter_mut().for_each(|value| *value += shift);
-        let of = Given { rows, numbers, diagonal };
+        let of = GivenJacobian { rows, numbers, diagonal };
         *in_blocks = blocks.as_mut().is_some_and(|blocks| blocks.factorize(of).is_ok());
         if !*in_blocks {
             general.factorize(of)?;

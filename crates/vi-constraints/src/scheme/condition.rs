@@ -9,14 +9,14 @@ use vi_core::newton::Fault;
 
 /// Condition numbers of a Newton matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Condition {
+pub struct ConditionNumbers {
     /// Of the matrix as the equations are written.
     pub as_written: f64,
     /// Of the matrix that is factorized (scaled by powers of `h` where that differs).
     pub scaled: f64,
 }
 
-impl Condition {
+impl ConditionNumbers {
     /// Of the saddle-point matrix of a step: multiplier columns carry `h²`, momentum rows `1/h` as
     /// written.
     #[must_use]

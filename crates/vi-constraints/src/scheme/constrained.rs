@@ -13,11 +13,11 @@
 
 use crate::constraints::Constraints;
 use crate::saddle_point::{IndependentRows, SaddlePoint};
-use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use crate::unknowns::{self, coordinates_and_multipliers};
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton};
+use vi_core::newton::{Fault, Newton, UnknownBlock};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -31,7 +31,7 @@ pub struct Constrained {
     lambda: Vec<f64>,               // m  h²λ over all constraints
     jacobian: Option<SparseMatrix>, // m × n  G(q_n)
     saddle: SaddlePoint,
-    blocks: [Block; 2],
+    blocks: [UnknownBlock; 2],
 }
 
 impl Constrained {
@@ -52,7 +52,7 @@ impl Constrained {
 }
 
 impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -132,7 +132,7 @@ impl<S: DiscreteLagrangian, C: Constraints> Scheme<S, C> for Constrained {
         &mut self.s
     }
 
-    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
-        Condition::of_saddle_point(&self.saddle, &self.s)
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<ConditionNumbers> {
+        ConditionNumbers::of_saddle_point(&self.saddle, &self.s)
     }
 }

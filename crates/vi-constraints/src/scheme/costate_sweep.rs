@@ -11,7 +11,7 @@
 use crate::constraints::Constraints;
 use crate::design::{Costates, Place};
 use crate::galerkin::GalerkinLinearization;
-use crate::integrator::Method;
+use crate::integrator::OrderMethod;
 use crate::linearization::{Costate, LinearizationError, Sources, StepLinearization, Tangent};
 use crate::saddle_point::IndependentRows;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
@@ -30,7 +30,7 @@ pub trait CostateSweep<S, C> {
     fn hold(&mut self, system: &S, points: &[Interval], costate: &mut Costate);
 
     /// Replaces the costate at the end of the step, derivatives by `q_{n+1}` included that only
-    /// this step has, by that at its start; `p`: `p̃_n`. `a` along [`Tangents`].
+    /// this step has, by that at its start; `p`: `p̃_n`. `a` along [`CostateTangents`].
     ///
     /// # Errors
     /// [`Singular`].
@@ -44,7 +44,7 @@ pub trait CostateSweep<S, C> {
     ) -> Result<(), Singular>;
 
     /// The same with multipliers of all rows between bodies: `a` then counts along all motions of
-    /// rigid bodies, whatever [`Tangents`] were chosen.
+    /// rigid bodies, whatever [`CostateTangents`] were chosen.
     ///
     /// # Errors
     /// [`Singular`].
@@ -72,7 +72,8 @@ pub trait CostateSweep<S, C> {
         &mut self,
         _system: &S,
         _constraints: &C,
-        _step: (&[Interval], &[f64]),
+        _points: &[Interval],
+        _p: &[f64],
         _costate: &mut Costate,
         _cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {
@@ -80,7 +81,7 @@ pub trait CostateSweep<S, C> {
     }
 
     /// Visits the parts of the equations of the last step with `h λ`, shape `m`, and costates; both
-    /// of rows count with [`Tangents::OfBodies`], and where they were asked for.
+    /// of rows count with [`CostateTangents::OfBodies`], and where they were asked for.
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>);
 }
 
@@ -94,12 +95,16 @@ pub type ImpulseCost<'a> = dyn FnMut(&[f64], [&mut [f64]; 2]) + 'a;
 
 /// Makes the sweep of a mechanism with these independent constraints over the steps of a method;
 /// `None` where its structure offers none that is faster.
-pub type CostateChoice<S, C> =
-    fn(&S, &C, &IndependentRows, (Method, Tangents)) -> Option<Box<dyn CostateSweep<S, C>>>;
+pub type CostateChoice<S, C> = fn(
+    &S,
+    &C,
+    &IndependentRows,
+    (OrderMethod, CostateTangents),
+) -> Option<Box<dyn CostateSweep<S, C>>>;
 
 /// Along which changes of a configuration costates count.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tangents {
+pub enum CostateTangents {
     /// `G δq = 0`.
     OfMechanism,
     /// `G δq = −g_θ δθ`, where a parameter moves constraints: `a·δq` then counts together with what
@@ -122,7 +127,7 @@ pub enum Linearization {
 impl Linearization {
     /// For `n` coordinates and an independent set of `m` constraints.
     #[must_use]
-    pub fn new(method: Method, (n, m): (usize, usize), rows: &IndependentRows) -> Self {
+    pub fn new(method: OrderMethod, n: usize, m: usize, rows: &IndependentRows) -> Self {
         match method.stages() {
             None => {
                 let step = StepLinearization::new(n, m, rows);
@@ -276,7 +281,8 @@ impl<S: DiscreteLagrangian, C: Constraints> CostateSweep<S, C> for Linearization
         &mut self,
         system: &S,
         constraints: &C,
-        (points, p): (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         costate: &mut Costate,
         cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {

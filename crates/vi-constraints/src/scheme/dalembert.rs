@@ -14,13 +14,13 @@ use crate::constraints::Constraints;
 use crate::null_space::NullSpaceQr;
 use crate::reparametrization::{Reparametrization, pull_back};
 use crate::saddle_point::{IndependentRows, JacobianPlace};
-use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use crate::unknowns::{position_floor, rotation};
 use nalgebra::DMatrix;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, BlockKind, Fault, Newton};
+use vi_core::newton::{BlockKind, Fault, Newton, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -87,7 +87,7 @@ pub struct Dalembert<N> {
     matrix: DMatrix<f64>,        // n × n
     rows: IndependentRows,
     lu: DenseLu,
-    blocks: [Block; 1],
+    blocks: [UnknownBlock; 1],
     units: Vec<f64>, // n  of the coordinates, from the first step on
 }
 
@@ -106,14 +106,14 @@ impl<N> Dalembert<N> {
             matrix: DMatrix::zeros(n, n),
             rows,
             lu: DenseLu::new(n),
-            blocks: [Block { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
+            blocks: [UnknownBlock { kind: BlockKind::Position, range: 0..n, floor: 1.0 }],
             units: Vec::new(),
         }
     }
 }
 
 impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> for Dalembert<N> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -196,7 +196,7 @@ impl<S: DiscreteLagrangian, C: Constraints, N: NullSpaceSource<C>> Scheme<S, C> 
         &mut self.s
     }
 
-    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
-        Some(Condition::of_scaled_rows(&self.matrix, self.null_space.ncols(), self.s.h))
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<ConditionNumbers> {
+        Some(ConditionNumbers::of_scaled_rows(&self.matrix, self.null_space.ncols(), self.s.h))
     }
 }

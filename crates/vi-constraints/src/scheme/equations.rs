@@ -1,13 +1,13 @@
 //! The equations of a step: the interface of all schemes.
 
-use super::condition::Condition;
+use super::condition::ConditionNumbers;
 use super::error::StepError;
 use super::sub_step::SubStep;
 use crate::galerkin::GaussPoint;
 use std::ops::Range;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
 
@@ -27,7 +27,7 @@ pub enum Guess {
 /// [`StepSolver`](super::StepSolver) does so.
 pub trait Scheme<S, C>: Send {
     /// Units and scales of the unknowns; together the blocks cover all of them.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Opens a step at a state.
     fn begin(&mut self, system: &S, constraints: &C, step: SubStep, state: &mut State);
     /// `r ← r(x)`, shape of `x`.
@@ -150,7 +150,7 @@ pub trait Scheme<S, C>: Send {
     fn interval_mut(&mut self) -> &mut Interval;
     /// Condition numbers of the Newton matrix of the last step, which had the solution `x` (dense:
     /// for studies, not for runs).
-    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<Condition> {
+    fn condition(&mut self, _system: &S, _constraints: &C, _x: &[f64]) -> Option<ConditionNumbers> {
         None
     }
 }

@@ -366,19 +366,19 @@ impl StepLinearization {
     pub fn check_determined(
         &mut self,
         constraints: &impl Constraints,
-        at: (f64, &[f64]),
+        (t, q): (f64, &[f64]),
         by_multipliers: &[f64],
     ) -> Result<(), LinearizationError> {
         if self.saddle.rows().len() == by_multipliers.len() {
             return Ok(());
         }
-        let n = at.1.len();
+        let n = q.len();
         let (upper, lower) = self.x.split_at_mut(n);
         upper.fill(0.0);
         self.saddle.rows().gather(by_multipliers, lower);
         self.saddle.solve_transposed(&mut self.x)?; // G x = −∂y/∂λ
         let of = ([&self.x[..n], by_multipliers], -1.0);
-        self.dropped.determines(constraints, self.saddle.rows(), at, of)
+        self.dropped.determines(constraints, self.saddle.rows(), (t, q), of)
     }
 
     /// The same of a number that depends on the impulse of the constraints as well, by
@@ -504,10 +504,10 @@ impl DroppedRows {
         &mut self,
         constraints: &impl Constraints,
         chosen: &IndependentRows,
-        at: (f64, &[f64]),
+        (t, q): (f64, &[f64]),
         (of, scale): ([&[f64]; 2], f64),
     ) -> Result<(), LinearizationError> {
-        let emit = |out: &mut dyn Entries| constraints.jacobian(at.0, at.1, out);
+        let emit = |out: &mut dyn Entries| constraints.jacobian(t, q, out);
         let found = self.missed(&emit, chosen, of, scale);
         found.map_or(Ok(()), |(row, _)| Err(LinearizationError::Undetermined { row }))
     }

@@ -22,7 +22,7 @@ pub mod tangent_map;
 pub mod unknowns;
 
 pub use basis::{AtNode, Basis};
-pub use condition::Condition;
+pub use condition::ConditionNumbers;
 pub use equations::{Guess, Scheme};
 pub use error::StepError;
 pub use solver::StepSolver;

@@ -12,9 +12,9 @@
 //! [`NodalEquations`] of a mechanism: trees in sweeps over their links, others by operators
 //! ([`crate::nodal_operators`]).
 
-use crate::scheme::{Condition, Scheme, StepError, SubStep};
+use crate::scheme::{ConditionNumbers, Scheme, StepError, SubStep};
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock};
 use vi_core::state::State;
 
 /// The equations (28) of a mechanism in its unknowns `u`.
@@ -23,7 +23,7 @@ use vi_core::state::State;
 /// `solve`; `finish` when the step is taken.
 pub trait NodalEquations<S, C>: Send {
     /// Units and scales of the unknowns; together the blocks cover all of them.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Opens a step at a state: all that depends on `P(q_n)` alone. `carried`: what the last step
     /// has left of its balance, which is written in the basis of this one.
     fn open(
@@ -88,7 +88,7 @@ impl<E> Nodal<E> {
 }
 
 impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.equations.blocks()
     }
 
@@ -162,9 +162,9 @@ impl<S, C, E: NodalEquations<S, C>> Scheme<S, C> for Nodal<E> {
 
     /// From the inverse, column by column: the equations may have no matrix. On closed loops the
     /// rows of their constraints count among those of the matrix.
-    fn condition(&mut self, system: &S, constraints: &C, u: &[f64]) -> Option<Condition> {
+    fn condition(&mut self, system: &S, constraints: &C, u: &[f64]) -> Option<ConditionNumbers> {
         self.residual(system, constraints, u, &mut vec![0.0; u.len()]).ok()?;
-        Condition::of_inverse(u.len(), |column| {
+        ConditionNumbers::of_inverse(u.len(), |column| {
             self.equations.forget_factors();
             self.equations.solve(system, u, column)
         })

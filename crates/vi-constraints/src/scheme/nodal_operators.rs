@@ -11,7 +11,7 @@ use crate::unknowns::Increments;
 use std::marker::PhantomData;
 use vi_core::discrete_lagrangian::DiscreteLagrangian;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
@@ -79,7 +79,7 @@ impl<O: NodalOperators, B: Basis> ByOperators<O, B> {
 impl<S: DiscreteLagrangian, C: Constraints, O: NodalOperators, B: Basis> NodalEquations<S, C>
     for ByOperators<O, B>
 {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.increments.blocks()
     }
 

@@ -4,7 +4,8 @@ use super::equations::{Guess, Scheme};
 use super::error::StepError;
 use super::sub_step::SubStep;
 use vi_core::newton::{
-    Block, Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings, Precision,
+    Fault, Newton, NewtonError, NewtonProblem, NewtonReport, NewtonSettings, Precision,
+    UnknownBlock,
 };
 use vi_core::state::State;
 
@@ -53,10 +54,10 @@ impl StepSolver {
         state.history.fit(x.len(), step.count, scheme.alternating(step.count));
         scheme.begin(system, constraints, step, state);
         let mut problem = StepEquations { scheme, system, constraints };
-        let mut outcome = solve_step(newton, state, (step, *again), &mut problem, x);
+        let mut outcome = solve_step(newton, state, step, *again, &mut problem, x);
         if problem.scheme.renew(constraints, outcome.is_ok()) {
             state.history.clear();
-            outcome = solve_step(newton, state, (step, false), &mut problem, x);
+            outcome = solve_step(newton, state, step, false, &mut problem, x);
         }
         let report = outcome?;
         problem.scheme.end(system, constraints, newton, state)?;
@@ -72,7 +73,7 @@ struct StepEquations<'a, 'b, S, C> {
 }
 
 impl<S, C> NewtonProblem for StepEquations<'_, '_, S, C> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.scheme.blocks()
     }
 
@@ -107,7 +108,8 @@ impl<S, C> NewtonProblem for StepEquations<'_, '_, S, C> {
 fn solve_step<S, C>(
     newton: &mut Newton,
     state: &mut State,
-    (step, again): (SubStep, bool),
+    step: SubStep,
+    again: bool,
     problem: &mut StepEquations<'_, '_, S, C>,
     x: &mut [f64],
 ) -> Result<NewtonReport, StepError> {

@@ -2,13 +2,13 @@
 
 use crate::constraints::Constraints;
 use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, BlockKind};
+use vi_core::newton::{BlockKind, UnknownBlock};
 use vi_core::sparse::SparseMatrix;
 
 /// Unknowns of the constrained schemes: `n` coordinates and `m` multipliers, not scaled yet.
 #[must_use]
-pub fn coordinates_and_multipliers(n: usize, m: usize) -> [Block; 2] {
-    let block = |kind, range| Block { kind, range, floor: 1.0 };
+pub fn coordinates_and_multipliers(n: usize, m: usize) -> [UnknownBlock; 2] {
+    let block = |kind, range| UnknownBlock { kind, range, floor: 1.0 };
     [block(BlockKind::Position, 0..n), block(BlockKind::Multiplier, n..n + m)]
 }
 
@@ -27,7 +27,7 @@ pub fn rotation(units: &[f64], dq: &[f64]) -> f64 {
 
 /// Scales increments of coordinates with the configuration, and multipliers `h² λ` with the mass
 /// matrix too.
-pub fn scale(blocks: &mut [Block], q: &[f64], mass: &SparseMatrix) {
+pub fn scale(blocks: &mut [UnknownBlock], q: &[f64], mass: &SparseMatrix) {
     for block in blocks {
         block.floor = match block.kind {
             BlockKind::Multiplier => position_floor(q) * norm_inf(mass.as_sprs().data()),
@@ -39,14 +39,14 @@ pub fn scale(blocks: &mut [Block], q: &[f64], mass: &SparseMatrix) {
 /// Blocks of increments, with the floors of a configuration.
 #[derive(Clone, Debug)]
 pub struct Increments {
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     least: Vec<f64>, // floor of each block in any configuration
 }
 
 impl Increments {
     /// With floors that hold in any configuration.
     #[must_use]
-    pub fn new(blocks: Vec<Block>) -> Self {
+    pub fn new(blocks: Vec<UnknownBlock>) -> Self {
         let least = blocks.iter().map(|block| block.floor).collect();
         Self { blocks, least }
     }
@@ -68,13 +68,13 @@ impl Increments {
     }
 
     /// The blocks, to raise their floors.
-    pub fn blocks_mut(&mut self) -> &mut [Block] {
+    pub fn blocks_mut(&mut self) -> &mut [UnknownBlock] {
         &mut self.blocks
     }
 
     /// The blocks.
     #[must_use]
-    pub fn blocks(&self) -> &[Block] {
+    pub fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 }

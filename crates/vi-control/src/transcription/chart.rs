@@ -32,7 +32,7 @@ use vi_rigid::{directors, rotation};
 
 /// A screw: what a rate of one makes of all points of the frames it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Screw {
+struct ChartScrew {
     /// `ω`.
     turn: Vector3<f64>,
     /// `v`, the velocity of the origin of space.
@@ -52,7 +52,7 @@ impl Displacement {
     }
 
     /// `exp(Ŝ ξ)`.
-    fn exponential(screw: &Screw, xi: f64) -> Self {
+    fn exponential(screw: &ChartScrew, xi: f64) -> Self {
         let angle = screw.turn * xi;
         Self { turn: rotation::exp(&angle), shift: rotation::tangent(&angle) * (screw.shift * xi) }
     }
@@ -62,13 +62,13 @@ impl Displacement {
     }
 
     /// `Ad`.
-    fn carry(&self, screw: &Screw) -> Screw {
+    fn carry(&self, screw: &ChartScrew) -> ChartScrew {
         let turn = self.turn * screw.turn;
-        Screw { turn, shift: self.turn * screw.shift + self.shift.cross(&turn) }
+        ChartScrew { turn, shift: self.turn * screw.shift + self.shift.cross(&turn) }
     }
 }
 
-impl Screw {
+impl ChartScrew {
     fn matrix(&self) -> Matrix4<f64> {
         let mut S = Matrix4::zeros();
         S.fixed_view_mut::<3, 3>(0, 0).copy_from(&rotation::skew(&self.turn));
@@ -123,12 +123,12 @@ pub struct Chart {
 
 /// A reference configuration with its screws.
 #[derive(Clone, Debug)]
-pub struct Reference {
+pub struct ReferenceConfiguration {
     q: Vec<f64>,
-    screws: Vec<Screw>,
+    screws: Vec<ChartScrew>,
 }
 
-impl Reference {
+impl ReferenceConfiguration {
     /// `q̂`, shape `n`.
     pub fn q(&self) -> &[f64] {
         &self.q
@@ -137,7 +137,7 @@ impl Reference {
 
 /// A node at its coordinates.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct PlacedNode {
     /// `q(ξ)`, shape `n`.
     pub q: Vec<f64>,
     /// `Ŝ_j`.
@@ -171,7 +171,7 @@ impl Chart {
     }
 
     /// The reference of `ξ` about `q̂`.
-    pub fn reference(&self, q: &[f64]) -> Reference {
+    pub fn reference(&self, q: &[f64]) -> ReferenceConfiguration {
         let mut P = DMatrix::zeros(self.n, self.dof());
         self.map.null_space(q, &mut P);
         let screw = |j: usize| {
@@ -179,13 +179,16 @@ impl Chart {
             let column = &P.as_slice()[j * self.n..(j + 1) * self.n];
             let (own, rate) = (&q[at..at + 12], &column[at..at + 12]);
             let turn = directors::angular_velocity(own, rate);
-            Screw { turn, shift: directors::center(rate) - turn.cross(&directors::center(own)) }
+            ChartScrew {
+                turn,
+                shift: directors::center(rate) - turn.cross(&directors::center(own)),
+            }
         };
-        Reference { q: q.to_vec(), screws: (0..self.dof()).map(screw).collect() }
+        ReferenceConfiguration { q: q.to_vec(), screws: (0..self.dof()).map(screw).collect() }
     }
 
     /// `q(ξ)` and the screws there.
-    pub fn place(&self, reference: &Reference, xi: &[f64]) -> Placed {
+    pub fn place(&self, reference: &ReferenceConfiguration, xi: &[f64]) -> PlacedNode {
         let (mut q, mut screws) = (reference.q.clone(), vec![Matrix4::zeros(); self.dof()]);
         let mut moved: Vec<Displacement> = Vec::with_capacity(self.links.len());
         for link in &self.links {
@@ -201,7 +204,7 @@ impl Chart {
             let triad = at.turn * directors::triad(own);
             directors::set_frame(own, &center, &triad);
         }
-        Placed { q, screws }
+        PlacedNode { q, screws }
     }
 
     /// The unknowns from `j` back to the root, `j` first.
@@ -210,12 +213,12 @@ impl Chart {
     }
 
     /// `K`, shape `n × d`.
-    pub fn columns(&self, at: &Placed) -> DMatrix<f64> {
+    pub fn columns(&self, at: &PlacedNode) -> DMatrix<f64> {
         self.frame_columns(at, |j, _| at.screws[j])
     }
 
     /// `Σ_j y_j K_jk`, shape `n × d`.
-    pub fn bent_columns(&self, at: &Placed, y: &[f64]) -> DMatrix<f64> {
+    pub fn bent_columns(&self, at: &PlacedNode, y: &[f64]) -> DMatrix<f64> {
         let sums = self.sums(at, y);
         self.frame_columns(at, |k, end| {
             let (S, A) = (&at.screws[k], self.sum_before(&sums, k));
@@ -226,7 +229,7 @@ impl Chart {
     /// The columns `X_k H_b`, with `X_k` by the unknown `k` and the last one on the path to `b`.
     fn frame_columns(
         &self,
-        at: &Placed,
+        at: &PlacedNode,
         matrix: impl Fn(usize, usize) -> Matrix4<f64>,
     ) -> DMatrix<f64> {
         let mut out = DMatrix::zeros(self.n, self.dof());
@@ -243,7 +246,7 @@ impl Chart {
     }
 
     /// `C_j` of each unknown.
-    fn sums(&self, at: &Placed, y: &[f64]) -> Vec<Matrix4<f64>> {
+    fn sums(&self, at: &PlacedNode, y: &[f64]) -> Vec<Matrix4<f64>> {
         let mut sums: Vec<Matrix4<f64>> = vec![Matrix4::zeros(); self.dof()];
         for link in &self.links {
             for j in link.unknowns[0]..link.unknowns[1] {
@@ -258,7 +261,7 @@ impl Chart {
     }
 
     /// `N` of each link.
-    fn moments(&self, at: &Placed, v: &[f64]) -> Vec<Matrix3x4<f64>> {
+    fn moments(&self, at: &PlacedNode, v: &[f64]) -> Vec<Matrix3x4<f64>> {
         let mut moments = vec![Matrix3x4::zeros(); self.links.len()];
         for (k, link) in self.links.iter().enumerate().rev() {
             let own = 12 * link.frame..12 * link.frame + 12;
@@ -272,13 +275,13 @@ impl Chart {
     }
 
     /// `v·K_kl`, symmetric, shape `d × d`.
-    pub fn curvature(&self, at: &Placed, v: &[f64]) -> DMatrix<f64> {
+    pub fn curvature(&self, at: &PlacedNode, v: &[f64]) -> DMatrix<f64> {
         let moments = self.moments(at, v);
         self.pairs(|k, l| product(&moments[self.link_of[l]], &(at.screws[k] * at.screws[l])))
     }
 
     /// `Σ_j y_j v·K_jkl`, symmetric, shape `d × d`.
-    pub fn third_derivative(&self, at: &Placed, v: &[f64], y: &[f64]) -> DMatrix<f64> {
+    pub fn third_derivative(&self, at: &PlacedNode, v: &[f64], y: &[f64]) -> DMatrix<f64> {
         let (d, moments, sums) = (self.dof(), self.moments(at, v), self.sums(at, y));
         let mut after = vec![Matrix3x4::zeros(); d]; // Σ_{j after l} y_j N_j Ŝ_jᵀ
         for link in self.links.iter().rev() {

@@ -8,34 +8,34 @@
 
 use super::problem::{ProblemError, Uncovered};
 use vi_multibody::Mechanism;
-use vi_multibody::form::Row;
+use vi_multibody::form::BilinearRow;
 use vi_multibody::joint_coordinate::JointCoordinate;
 use vi_multibody::scalar_constraint::{Reference, ScalarRow};
 
 /// A constraint on the tree.
 #[derive(Debug)]
-pub(super) enum Closure {
+pub(super) enum TreeClosure {
     /// A product of linear forms.
-    Product(Row),
+    Product(BilinearRow),
     /// A sum of unknowns.
-    Along(Along),
+    Along(LinearClosure),
 }
 
 /// `Σ f_j x_j = c(t)`.
-pub(super) struct Along {
+pub(super) struct LinearClosure {
     /// Unknowns with their factors.
     factors: Vec<(usize, f64)>,
     /// `c(t)`, where it changes.
     reference: Option<(Reference, f64)>, // with the time of the start
 }
 
-impl std::fmt::Debug for Along {
+impl std::fmt::Debug for LinearClosure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Along").field("factors", &self.factors).finish_non_exhaustive()
     }
 }
 
-impl Closure {
+impl TreeClosure {
     /// Of a row of a mechanism that is met at the start, at the time `t`, s.
     ///
     /// # Errors
@@ -54,11 +54,11 @@ impl Closure {
             ScalarRow::Product(row) => Self::Product(row),
             ScalarRow::Gear { a, b, ratio, .. } => {
                 let factors = vec![of_unknown(&a, 1.0)?, of_unknown(&b, ratio)?];
-                Self::Along(Along { factors, reference: None })
+                Self::Along(LinearClosure { factors, reference: None })
             }
             ScalarRow::Motion { coordinate, reference } => {
                 let factors = vec![of_unknown(&coordinate, 1.0)?];
-                Self::Along(Along { factors, reference: Some((reference, t)) })
+                Self::Along(LinearClosure { factors, reference: Some((reference, t)) })
             }
             ScalarRow::Height(_) | ScalarRow::Velocity(_) => {
                 return Err(ProblemError::NotCovered(Uncovered::Constraints));
@@ -67,7 +67,7 @@ impl Closure {
     }
 
     /// Its product of linear forms, if it is one.
-    pub(super) fn product(&self) -> Option<&Row> {
+    pub(super) fn product(&self) -> Option<&BilinearRow> {
         match self {
             Self::Product(row) => Some(row),
             Self::Along(_) => None,
@@ -76,11 +76,11 @@ impl Closure {
 
     /// Whether it changes with the time by itself.
     pub(super) fn is_of_time(&self) -> bool {
-        matches!(self, Self::Along(Along { reference: Some(_), .. }))
+        matches!(self, Self::Along(LinearClosure { reference: Some(_), .. }))
     }
 }
 
-impl Along {
+impl LinearClosure {
     /// `Σ f_j x_j − c(t)` where the unknowns have changed by so much since the start, at which it
     /// is zero.
     pub(super) fn value(&self, t: f64, traveled: impl Fn(usize) -> f64) -> f64 {

@@ -19,21 +19,21 @@
 #![allow(non_snake_case)] // K, Y, W, A, B, C, D
 
 use super::Transcription;
-use super::closure::Closure;
-use super::piece::{Along, Effect, Kind, Parts, Piece};
-use super::point::{Node, Point};
-use super::problem::{CostKind, Quantity};
+use super::closure::TreeClosure;
+use super::piece::{ControlEffect, ModelEffort, Piece, PieceKind, SplitResidual};
+use super::point::{EvaluatedPoint, PointNode};
+use super::problem::{CostKind, NodeNumber};
 use crate::objective;
 use nalgebra::DMatrix;
 use vi_core::Slot;
 use vi_core::linear::dot;
 use vi_core::sparse::SparseMatrix;
-use vi_multibody::form::Row;
+use vi_multibody::form::BilinearRow;
 
 /// Takes entries `(row, column, value)`, always in the same order.
-pub(super) type Sink<'a> = dyn FnMut(usize, usize, f64) + 'a;
+pub(super) type EntrySink<'a> = dyn FnMut(usize, usize, f64) + 'a;
 
-fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn add_products(rows: &[(&BilinearRow, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     if rows.is_empty() {
         return None;
     }
@@ -47,7 +47,7 @@ fn add_products(rows: &[(&Row, f64)], n: usize, X: &DMatrix<f64>) -> Option<DMat
 
 impl Transcription {
     /// The impulses of closures at a node with their negative sizes: what they add to `W`.
-    fn closing<'a>(&'a self, point: &Point, n: usize) -> Vec<(&'a Row, f64)> {
+    fn closing<'a>(&'a self, point: &EvaluatedPoint, n: usize) -> Vec<(&'a BilinearRow, f64)> {
         let at = self.layout.impulse(n);
         let all = self.impulses_at(n).enumerate();
         all.filter_map(|(k, own)| Some((own.product()?, -point.x[at + k]))).collect()
@@ -56,14 +56,14 @@ impl Transcription {
     /// `W_n X`, or `W_nᵀ X`, of momenta alone.
     fn own_slope(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         n: usize,
         X: &DMatrix<f64>,
         transposed: bool,
     ) -> DMatrix<f64> {
-        let mut sum = Parts::zero(self.n, X.ncols());
+        let mut sum = SplitResidual::zero(self.n, X.ncols());
         for (p, i) in self.division.pieces_at(n) {
-            sum.add(point.pieces[p].times(self, (i, i), X, transposed));
+            sum.add(point.pieces[p].times(self, i, i, X, transposed));
         }
         sum.sum()
     }
@@ -85,7 +85,12 @@ impl Transcription {
     }
 
     /// `∇g·K_k` of a product at a node.
-    pub(super) fn slope_along(&self, point: &Point, n: usize, row: &Row) -> Vec<f64> {
+    pub(super) fn slope_along(
+        &self,
+        point: &EvaluatedPoint,
+        n: usize,
+        row: &BilinearRow,
+    ) -> Vec<f64> {
         let node = &point.nodes[n];
         let mut slope = vec![0.0; self.chart.dof()];
         row.for_each_slope(&node.placed.q, |i, g| {
@@ -95,15 +100,15 @@ impl Transcription {
     }
 
     /// The derivatives of a closure by `ξ_n`, shape `d`.
-    fn closure_slope(&self, point: &Point, n: usize, own: &Closure) -> Vec<f64> {
+    fn closure_slope(&self, point: &EvaluatedPoint, n: usize, own: &TreeClosure) -> Vec<f64> {
         match own {
-            Closure::Product(row) => self.slope_along(point, n, row),
-            Closure::Along(own) => own.slope(self.chart.dof()),
+            TreeClosure::Product(row) => self.slope_along(point, n, row),
+            TreeClosure::Along(own) => own.slope(self.chart.dof()),
         }
     }
 
     /// Emits `J`.
-    pub(super) fn emit_jacobian(&self, point: &Point, out: &mut Sink<'_>) {
+    pub(super) fn emit_jacobian(&self, point: &EvaluatedPoint, out: &mut EntrySink<'_>) {
         for n in 0..=self.division.last() {
             let rows = self.balances_at(n);
             self.emit_balance(point, n, &rows, out);
@@ -148,7 +153,13 @@ impl Transcription {
         }
     }
 
-    fn emit_balance(&self, point: &Point, n: usize, rows: &[(usize, usize)], out: &mut Sink<'_>) {
+    fn emit_balance(
+        &self,
+        point: &EvaluatedPoint,
+        n: usize,
+        rows: &[(usize, usize)],
+        out: &mut EntrySink<'_>,
+    ) {
         let (node, d) = (&point.nodes[n], self.chart.dof());
         let K = &node.columns;
         let mut block = |at: Option<usize>, matrix: &dyn Fn() -> DMatrix<f64>| {
@@ -169,7 +180,7 @@ impl Transcription {
             let piece = &point.pieces[p];
             block(self.layout.coordinate(piece.first + j), &|| {
                 let next = &point.nodes[piece.first + j].columns;
-                K.tr_mul(&piece.times(self, (i, j), next, false).sum())
+                K.tr_mul(&piece.times(self, i, j, next, false).sum())
             });
         }
         for (k, own) in self.impulses_at(n).enumerate() {
@@ -182,17 +193,17 @@ impl Transcription {
             for k in 0..self.problem.controls.len() {
                 let control = self.acting(k, p);
                 match piece.effect(self, k, i) {
-                    Effect::Unknown(j, value) => {
+                    ControlEffect::Unknown(j, value) => {
                         row_of(j).into_iter().for_each(|row| out(row, control, value));
                     }
-                    Effect::Force(force) => {
+                    ControlEffect::Force(force) => {
                         for &(row, j) in rows {
                             out(row, control, dot(&force, K.column(j).as_slice()));
                         }
                     }
                 }
             }
-            let Kind::SubStep(along) = &piece.kind else { continue };
+            let PieceKind::SubStep(along) = &piece.kind else { continue };
             for own in along {
                 let Some(row) = row_of(own.index) else { continue };
                 for (end, slot) in Slot::BOTH.into_iter().enumerate() {
@@ -210,11 +221,11 @@ impl Transcription {
     }
 
     /// `∂r_n/∂h`, `h` that of a whole step.
-    fn residual_by_step(&self, point: &Point, n: usize) -> Vec<f64> {
+    fn residual_by_step(&self, point: &EvaluatedPoint, n: usize) -> Vec<f64> {
         let mut slope = point.along_columns(n, &point.nodes[n].by_step);
         for (p, _) in self.division.pieces_at(n) {
             let (gamma, piece) = (self.division.gamma(p), &point.pieces[p]);
-            let Kind::SubStep(along) = &piece.kind else { continue };
+            let PieceKind::SubStep(along) = &piece.kind else { continue };
             for (k, along) in self.efforts() {
                 let value = point.x[self.acting(k, p)];
                 slope[along.index] += 0.5 * gamma * along.sign * value;
@@ -227,7 +238,7 @@ impl Transcription {
     }
 
     /// `out ← ∇f`.
-    pub(super) fn cost_slope(&self, point: &Point, out: &mut [f64]) {
+    pub(super) fn cost_slope(&self, point: &EvaluatedPoint, out: &mut [f64]) {
         out.fill(0.0);
         let (h, steps) = (point.h, self.problem.steps);
         let value = |k: usize, n: usize| point.x[self.layout.control(k, n)];
@@ -282,10 +293,10 @@ impl Transcription {
     /// Emits `factor ∇²f + Σ λ_i ∇²g_i`, lower triangle.
     pub(super) fn emit_hessian(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         factor: f64,
         lambda: &[f64],
-        out: &mut Sink<'_>,
+        out: &mut EntrySink<'_>,
     ) {
         let mut lower = |a: usize, b: usize, value: f64| {
             if a >= b { out(a, b, value) } else { out(b, a, value) }
@@ -312,8 +323,9 @@ impl Transcription {
         }
         if let Some(time) = self.layout.time {
             // of inertia: w_hh = 2 w/h²
-            let along =
-                |(node, [Y, _]): (&Node, &[DMatrix<f64>; 2])| dot(Y.as_slice(), &node.inertial);
+            let along = |(node, [Y, _]): (&PointNode, &[DMatrix<f64>; 2])| {
+                dot(Y.as_slice(), &node.inertial)
+            };
             let sum: f64 = point.nodes.iter().zip(&bent).map(along).sum();
             let mut second = 2.0 * sum / (point.h * point.h);
             for (p, piece) in point.pieces.iter().enumerate() {
@@ -324,17 +336,17 @@ impl Transcription {
             lower(time, time, second / (self.problem.steps * self.problem.steps) as f64);
         }
         self.emit_cost_hessian(point, factor, &mut lower);
-        self.emit_curvature(point, (factor, lambda), &mut lower);
+        self.emit_curvature(point, factor, lambda, &mut lower);
     }
 
     fn emit_node_hessian(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         n: usize,
         (factor, lambda): (f64, &[f64]),
         y: &[f64],
         bent: &[[DMatrix<f64>; 2]],
-        out: &mut Sink<'_>,
+        out: &mut EntrySink<'_>,
     ) {
         let (node, d) = (&point.nodes[n], self.chart.dof());
         let (K, [Y, Y_k]) = (&node.columns, &bent[n]);
@@ -349,10 +361,10 @@ impl Transcription {
         }
         for (p, i, j) in self.neighbours(n) {
             let piece = &point.pieces[p];
-            v += piece.times(self, (j, i), &bent[piece.first + j][0], true).sum();
+            v += piece.times(self, j, i, &bent[piece.first + j][0], true).sum();
         }
         // products with their weights: closures, conditions, deviations
-        let mut products: Vec<(&Row, f64)> = Vec::new();
+        let mut products: Vec<(&BilinearRow, f64)> = Vec::new();
         for (k, own) in self.closures.iter().enumerate() {
             let row = own.product().into_iter();
             products.extend(row.map(|row| (row, lambda[self.layout.closure(n) + k])));
@@ -360,7 +372,7 @@ impl Transcription {
         let mut numbers: Vec<(&dyn objective::Quantity, f64)> = Vec::new();
         for placed in self.layout.conditions.iter().filter(|placed| placed.node == n) {
             let quantity = &self.problem.conditions[placed.condition].quantity;
-            if let Quantity::Configuration(own) = quantity {
+            if let NodeNumber::Configuration(own) = quantity {
                 numbers.push((&**own, lambda[placed.row]));
             }
         }
@@ -373,13 +385,13 @@ impl Transcription {
                 let weight = factor * cost.weight * part;
                 let mut slope = vec![0.0; d];
                 match quantity {
-                    Quantity::Joint { unknown, .. } => slope[unknown.index] = unknown.sign,
-                    Quantity::Configuration(own) => {
+                    NodeNumber::Joint { unknown, .. } => slope[unknown.index] = unknown.sign,
+                    NodeNumber::Configuration(own) => {
                         slope = self.number_along(point, n, &**own);
                         let y = self.quantity(point, quantity, n);
                         numbers.push((&**own, weight * judged.slope(y)));
                     }
-                    Quantity::Node(_) => continue, // of a step
+                    NodeNumber::Node(_) => continue, // of a step
                 }
                 let slope = DMatrix::from_vec(d, 1, slope);
                 square += weight * judged.bend() * &slope * slope.transpose();
@@ -440,11 +452,11 @@ impl Transcription {
     /// What couples the nodes of a piece, and what acts in it.
     fn emit_piece_hessian(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         p: usize,
         multipliers: &[Vec<f64>],
         bent: &[[DMatrix<f64>; 2]],
-        out: &mut Sink<'_>,
+        out: &mut EntrySink<'_>,
     ) {
         let (d, piece) = (self.chart.dof(), &point.pieces[p]);
         let (first, last) = (piece.first, piece.first + self.division.span());
@@ -461,8 +473,8 @@ impl Transcription {
                 }
                 continue;
             }
-            let A = piece.times(self, (i, j), K[j], false).sum();
-            let C = piece.times(self, (j, i), K[i], false).sum();
+            let A = piece.times(self, i, j, K[j], false).sum();
+            let C = piece.times(self, j, i, K[i], false).sum();
             let mut mixed = bent[first + i][1].tr_mul(&A) + C.tr_mul(&bent[first + j][1]);
             if let Some(own) = &of_forces {
                 mixed += &own[i][j];
@@ -472,9 +484,9 @@ impl Transcription {
             }
         }
         for k in 0..self.problem.controls.len() {
-            self.emit_effect_hessian(point, p, k, (multipliers, bent), out);
+            self.emit_effect_hessian(point, p, k, multipliers, bent, out);
         }
-        let Kind::SubStep(along) = &piece.kind else { return };
+        let PieceKind::SubStep(along) = &piece.kind else { return };
         let ends = [(first, Slot::First), (last, Slot::Second)];
         for own in along {
             let y_sum: f64 = [first, last].iter().map(|n| multipliers[*n][own.index]).sum();
@@ -502,10 +514,10 @@ impl Transcription {
     /// The second derivative of `Σ y σ (h/2) τ` of efforts along unknowns by the length of a
     /// sub-step.
     fn along_by_step(&self, piece: &Piece, multipliers: &[Vec<f64>]) -> f64 {
-        let Kind::SubStep(along) = &piece.kind else { return 0.0 };
+        let PieceKind::SubStep(along) = &piece.kind else { return 0.0 };
         let ends = [piece.first, piece.first + self.division.span()];
         let y = |j: usize| ends.iter().map(|n| multipliers[*n][j]).sum::<f64>();
-        let second = |own: &Along| own.effort.second_by_length(piece.s.h);
+        let second = |own: &ModelEffort| own.effort.second_by_length(piece.s.h);
         along.iter().map(|own| own.sign * y(own.index) * second(own)).sum()
     }
 
@@ -513,15 +525,16 @@ impl Transcription {
     /// time: `∂_ξ Σ Y·∂w/∂w_k` and `∂_h` of it.
     fn emit_effect_hessian(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         p: usize,
         k: usize,
-        (multipliers, bent): (&[Vec<f64>], &[[DMatrix<f64>; 2]]),
-        out: &mut Sink<'_>,
+        multipliers: &[Vec<f64>],
+        bent: &[[DMatrix<f64>; 2]],
+        out: &mut EntrySink<'_>,
     ) {
         let (piece, control) = (&point.pieces[p], self.acting(k, p));
         let first = piece.first;
-        let effects: Vec<Effect> =
+        let effects: Vec<ControlEffect> =
             (0..=self.division.span()).map(|i| piece.effect(self, k, i)).collect();
         let Y: Vec<&[f64]> = (0..effects.len()).map(|i| bent[first + i][0].as_slice()).collect();
         let slopes = piece.effect_slopes(self, k, &Y);
@@ -529,11 +542,11 @@ impl Transcription {
         for (i, (effect, slope)) in effects.iter().zip(&slopes).enumerate() {
             let node = first + i;
             let force = match effect {
-                Effect::Unknown(j, value) => {
+                ControlEffect::Unknown(j, value) => {
                     sum += value * multipliers[node][*j];
                     continue;
                 }
-                Effect::Force(force) => force,
+                ControlEffect::Force(force) => force,
             };
             sum += dot(force, Y[i]);
             let Some(at) = self.layout.coordinate(node) else { continue };
@@ -548,7 +561,7 @@ impl Transcription {
         }
     }
 
-    fn emit_cost_hessian(&self, point: &Point, factor: f64, out: &mut Sink<'_>) {
+    fn emit_cost_hessian(&self, point: &EvaluatedPoint, factor: f64, out: &mut EntrySink<'_>) {
         let (h, steps, time) = (point.h, self.problem.steps, self.layout.time);
         let by_time = 1.0 / steps as f64;
         let value = |k: usize, n: usize| point.x[self.layout.control(k, n)];
@@ -595,7 +608,7 @@ impl Transcription {
                 }
                 CostKind::Time => {}
                 CostKind::Number { quantity, judged, when } => {
-                    let of_step = matches!(quantity, Quantity::Node(_));
+                    let of_step = matches!(quantity, NodeNumber::Node(_));
                     if !(of_step || time.is_some()) {
                         continue;
                     }
@@ -619,7 +632,7 @@ impl Transcription {
 }
 
 /// Emits `weight ∇y ∇yᵀ`.
-fn emit_square(slopes: &[(usize, f64)], weight: f64, out: &mut Sink<'_>) {
+fn emit_square(slopes: &[(usize, f64)], weight: f64, out: &mut EntrySink<'_>) {
     for (i, &(a, of_a)) in slopes.iter().enumerate() {
         slopes[..=i].iter().for_each(|&(b, of_b)| out(a, b, weight * of_a * of_b));
     }

@@ -8,7 +8,7 @@
 //! Nodes are all of these, from 0 to `N s`; those where steps meet are every `s`-th one. A piece is
 //! what couples neighbours: a sub-step two nodes, a Galerkin step `s + 1`.
 
-use vi_constraints::Method;
+use vi_constraints::OrderMethod;
 use vi_core::galerkin::GaussLobatto;
 
 /// The nodes of a motion.
@@ -26,7 +26,7 @@ pub(super) struct Division {
 
 impl Division {
     /// Of `steps` steps.
-    pub(super) fn new(method: Method, steps: usize) -> Self {
+    pub(super) fn new(method: OrderMethod, steps: usize) -> Self {
         let gammas = method.composition().gammas();
         let constants = method.stages().map(GaussLobatto::new);
         let starts: Vec<f64> = match &constants {

@@ -4,31 +4,31 @@
 //! that it does not move follow from those that it does, by Newton's method on the closures from
 //! node to node; where they do not, the guess stays as it is, open.
 
-use super::chart::{Chart, Reference};
-use super::closure::Closure;
+use super::chart::{Chart, ReferenceConfiguration};
+use super::closure::TreeClosure;
 use super::division::Division;
 use super::problem::ProblemError;
-use super::{Motion, Transcription};
+use super::{SolvedMotion, Transcription};
 use nalgebra::DMatrix;
 use vi_constraints::reparametrization::Reparametrization;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
 use vi_multibody::Mechanism;
-use vi_multibody::form::Row;
+use vi_multibody::form::BilinearRow;
 use vi_multibody::tree_map::TreeMap;
 
 /// A motion to begin with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guess {
     /// Where it leads.
-    pub path: Path,
+    pub path: GuessPath,
     /// The value of each control in each step, shape `N × k`; empty: zero.
     pub controls: Vec<Vec<f64>>,
 }
 
 /// The path of a guess.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Path {
+pub enum GuessPath {
     /// What the joint coordinates of the spanning tree change by from node to node, shape `N × d`;
     /// rotation vectors of spherical and free joints in space.
     Increments(Vec<Vec<f64>>),
@@ -46,11 +46,11 @@ impl Guess {
     #[must_use]
     pub fn line(steps: usize, change: &[f64]) -> Self {
         let part: Vec<f64> = change.iter().map(|c| c / steps as f64).collect();
-        Self { path: Path::Increments(vec![part; steps]), controls: Vec::new() }
+        Self { path: GuessPath::Increments(vec![part; steps]), controls: Vec::new() }
     }
 }
 
-impl Path {
+impl GuessPath {
     /// Number of steps, and of coordinates of an odd one or of the first.
     fn shape(&self, d: usize) -> [usize; 2] {
         let rows = match self {
@@ -79,7 +79,7 @@ impl Guess {
             let last = travel.last().into_iter().flatten();
             travel.push(last.zip(&moved).map(|(a, b)| a + b).collect());
         }
-        resampled(&chart, (nodes, &travel), controls, steps)
+        resampled(&chart, nodes, &travel, controls, steps)
     }
 }
 
@@ -87,7 +87,8 @@ impl Guess {
 /// their chart coordinates away from the first.
 fn resampled(
     chart: &Chart,
-    (nodes, travel): (&[Vec<f64>], &[Vec<f64>]),
+    nodes: &[Vec<f64>],
+    travel: &[Vec<f64>],
     controls: &[Vec<f64>],
     steps: usize,
 ) -> Guess {
@@ -103,7 +104,7 @@ fn resampled(
     }
     let acts = |n: usize| controls[(2 * n + 1) * controls.len() / (2 * steps)].clone();
     let controls = if controls.is_empty() { Vec::new() } else { (0..steps).map(acts).collect() };
-    Guess { path: Path::Nodes { nodes: own_nodes, travel: own_travel }, controls }
+    Guess { path: GuessPath::Nodes { nodes: own_nodes, travel: own_travel }, controls }
 }
 
 /// The configuration and the travel that are a part of the way from the first of two nodes to the
@@ -126,14 +127,14 @@ fn between(
 impl Transcription {
     /// A guess of so many steps from a motion of this program.
     #[must_use]
-    pub fn refined(&self, motion: &Motion, steps: usize) -> Guess {
-        let Motion { nodes, travel, controls, .. } = motion;
-        resampled(&self.chart, (nodes, travel), controls, steps)
+    pub fn refined(&self, motion: &SolvedMotion, steps: usize) -> Guess {
+        let SolvedMotion { nodes, travel, controls, .. } = motion;
+        resampled(&self.chart, nodes, travel, controls, steps)
     }
 }
 
 /// `ξ` of a configuration of the tree in the chart about a reference nearby.
-fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
+fn coordinates(chart: &Chart, from: &ReferenceConfiguration, to: &[f64]) -> Vec<f64> {
     let mut xi = vec![0.0; chart.dof()];
     for _ in 0..20 {
         let placed = chart.place(from, &xi);
@@ -153,12 +154,13 @@ fn coordinates(chart: &Chart, from: &Reference, to: &[f64]) -> Vec<f64> {
 pub(super) fn references(
     chart: &Chart,
     mechanism: &Mechanism,
-    start: (&[f64], &[Closure]),
+    q: &[f64],
+    closures: &[TreeClosure],
     division: &Division,
     guess: &Guess,
-) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
+) -> Result<(Vec<ReferenceConfiguration>, Vec<Vec<f64>>), ProblemError> {
     let steps = division.step(division.last());
-    let (ends, travel) = of_steps(chart, mechanism, start, steps, guess)?;
+    let (ends, travel) = of_steps(chart, mechanism, q, closures, steps, guess)?;
     if division.each() == 1 {
         return Ok((ends, travel));
     }
@@ -179,10 +181,11 @@ pub(super) fn references(
 fn of_steps(
     chart: &Chart,
     mechanism: &Mechanism,
-    (q, closures): (&[f64], &[Closure]),
+    q: &[f64],
+    closures: &[TreeClosure],
     steps: usize,
     guess: &Guess,
-) -> Result<(Vec<Reference>, Vec<Vec<f64>>), ProblemError> {
+) -> Result<(Vec<ReferenceConfiguration>, Vec<Vec<f64>>), ProblemError> {
     let d = chart.dof();
     let shape = |found: usize, unknowns: usize| ProblemError::Guess {
         found,
@@ -199,8 +202,8 @@ fn of_steps(
         return Err(shape(values, d));
     }
     let increments = match &guess.path {
-        Path::Increments(increments) => increments,
-        Path::Nodes { nodes, travel } => {
+        GuessPath::Increments(increments) => increments,
+        GuessPath::Nodes { nodes, travel } => {
             if let Some(odd) = nodes.iter().find(|own| own.len() != q.len()) {
                 return Err(shape(nodes.len(), odd.len()));
             }
@@ -232,14 +235,14 @@ fn of_steps(
 /// what they change by. `None` where none is found, or nothing has to close.
 fn close(
     chart: &Chart,
-    closures: &[Closure],
+    closures: &[TreeClosure],
     follows: &[usize],
-    open: &Reference,
+    open: &ReferenceConfiguration,
     moved: &mut [f64],
-) -> Option<Reference> {
+) -> Option<ReferenceConfiguration> {
     const CLOSED: f64 = 1e-12;
     const LARGEST: f64 = 0.5; // of a correction, m or rad
-    let closures: Vec<&Row> = closures.iter().filter_map(Closure::product).collect();
+    let closures: Vec<&BilinearRow> = closures.iter().filter_map(TreeClosure::product).collect();
     if closures.is_empty() || follows.is_empty() {
         return None;
     }

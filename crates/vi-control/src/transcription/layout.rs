@@ -9,7 +9,7 @@
 //! steps meet.
 
 use super::division::Division;
-use super::problem::{Control, FinalTime, Problem, Quantity, Rest, When};
+use super::problem::{Control, ControlProblem, FinalTime, NodeNumber, RestAtEnd, When};
 use std::ops::Range;
 
 /// Places of variables and rows.
@@ -25,7 +25,7 @@ pub(super) struct Layout {
     balances: Vec<usize>,           // of nodes 0 … N s − 1
     closures: Vec<usize>,           // of nodes 1 … N s
     turns: Vec<usize>,              // from nodes 0 … N s − 1
-    pub(super) conditions: Vec<Placed>, // rows beside bounds of variables
+    pub(super) conditions: Vec<PlacedCondition>, // rows beside bounds of variables
     pub(super) rest: Range<usize>,
     pub(super) knots: Vec<Option<Knots>>, // of each control
 }
@@ -41,7 +41,7 @@ pub(super) struct Knots {
 
 /// A condition at a node.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed {
+pub(super) struct PlacedCondition {
     pub(super) row: usize,
     pub(super) node: usize,
     /// Among those of the problem.
@@ -50,7 +50,7 @@ pub(super) struct Placed {
 
 /// Counts of a mechanism.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Counts {
+pub(super) struct MechanismCounts {
     /// Degrees of freedom of the tree.
     pub(super) tree: usize,
     /// Independent closures.
@@ -65,13 +65,17 @@ fn values_last(control: &Control) -> usize {
 }
 
 /// Whether a condition is a bound of a variable.
-pub(super) fn is_bound(quantity: &Quantity, when: When) -> bool {
-    when == When::Path && matches!(quantity, Quantity::Joint { .. })
+pub(super) fn is_bound(quantity: &NodeNumber, when: When) -> bool {
+    when == When::Path && matches!(quantity, NodeNumber::Joint { .. })
 }
 
 impl Layout {
-    pub(super) fn new(problem: &Problem, division: &Division, counts: Counts) -> Self {
-        let Counts { tree, closures: m, turning } = counts;
+    pub(super) fn new(
+        problem: &ControlProblem,
+        division: &Division,
+        counts: MechanismCounts,
+    ) -> Self {
+        let MechanismCounts { tree, closures: m, turning } = counts;
         let (mut variable, mut row) = (0, 0);
         let place = |counter: &mut usize, count: usize| {
             let at = *counter;
@@ -115,17 +119,17 @@ impl Layout {
                 };
                 if holds {
                     let row = place(&mut row, 1);
-                    layout.conditions.push(Placed { row, node: k + 1, condition });
+                    layout.conditions.push(PlacedCondition { row, node: k + 1, condition });
                 }
             }
         }
         let rest = match &problem.rest {
-            Rest::Free => 0,
-            Rest::All => tree,
-            Rest::Unknowns(some) => some.len(),
+            RestAtEnd::Free => 0,
+            RestAtEnd::All => tree,
+            RestAtEnd::Unknowns(some) => some.len(),
         };
         // without rest nothing acts at the end
-        let free = if problem.rest == Rest::All { m } else { 0 };
+        let free = if problem.rest == RestAtEnd::All { m } else { 0 };
         layout.impulses.push(place(&mut variable, free));
         let at = place(&mut row, rest);
         layout.rest = at..at + rest;

@@ -32,22 +32,24 @@ mod prices;
 pub mod problem;
 mod reach;
 
-use crate::program::{Bounds, Multipliers, Program, Start, Undefined};
-use chart::{Chart, Reference};
-use closure::Closure;
+use crate::program::{Bounds, MethodStart, Multipliers, Program, Undefined};
+use chart::{Chart, ReferenceConfiguration};
+use closure::TreeClosure;
 use division::Division;
 use guess::references;
-pub use guess::{Guess, Path};
-use layout::{Counts, Layout, is_bound};
+pub use guess::{Guess, GuessPath};
+use layout::{Layout, MechanismCounts, is_bound};
 use nalgebra::DMatrix;
-use numbers::Velocities;
-use point::Point;
-pub use prices::{Met, PriceOfRest, Resting, Size, TurnPrice};
-use problem::{Acts, Control, FinalTime, Problem, ProblemError, Quantity, Rest, Uncovered, When};
+use numbers::NumberVelocities;
+use point::EvaluatedPoint;
+pub use prices::{Met, PriceOfRest, PriceSize, Resting, TurnPrice};
+use problem::{
+    Acts, Control, ControlProblem, FinalTime, NodeNumber, ProblemError, RestAtEnd, Uncovered, When,
+};
 use std::sync::Arc;
 use vi_constraints::null_space::NullSpaceQr;
 use vi_constraints::setup::SetupError;
-use vi_constraints::{Constraints as _, InitialValues, Method};
+use vi_constraints::{Constraints as _, InitialValues, OrderMethod};
 use vi_core::sparse::SparseMatrix;
 use vi_core::{Configuration, MechanicalSystem, SeparableSystem};
 use vi_multibody::Mechanism;
@@ -71,30 +73,30 @@ pub struct Transcription {
     has_other: bool,
     acts: bool, // whether anything does but constant forces
     n: usize,
-    problem: Problem,
+    problem: ControlProblem,
     division: Division,
     layout: Layout,
     start_time: f64,
     start_angles: Vec<f64>,
-    velocities: Option<Velocities>,
+    velocities: Option<NumberVelocities>,
     coordinates: Vec<Option<JointCoordinate>>, // of controls along unknowns
     start_momentum: Vec<f64>,                  // n
     along_starts: Vec<f64>,                    // coordinates of efforts along unknowns at the start
-    references: Vec<Reference>,                // of nodes 0 … N s
+    references: Vec<ReferenceConfiguration>,   // of nodes 0 … N s
     travel: Vec<Vec<f64>>, // of references: what coordinates that add up have changed by
-    closures: Vec<Closure>, // independent
+    closures: Vec<TreeClosure>, // independent
     turning: Vec<usize>,   // angles whose turns are bounded
     middle: Vec<usize>,    // second rotations of charts
     resting: Vec<usize>,   // unknowns without momentum at the end
     start: Vec<f64>,       // of the program
     jacobian_places: Vec<(usize, usize)>,
     hessian_places: Vec<(usize, usize)>,
-    point: Option<Point>,
+    point: Option<EvaluatedPoint>,
 }
 
 /// A point of a program with its multipliers, from which a method goes on.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Held {
+pub struct HeldPoint {
     /// `N`.
     pub steps: usize,
     /// All nodes, those within steps as well, each of shape `n`.
@@ -109,11 +111,11 @@ pub struct Held {
 
 /// A motion that a program was solved for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Motion {
+pub struct SolvedMotion {
     /// `h`, s.
     pub step: f64,
     /// How the order of the steps is reached.
-    pub method: Method,
+    pub method: OrderMethod,
     /// `q_0 … q_N`, each of shape `n`.
     pub nodes: Vec<Vec<f64>>,
     /// Of each step, the nodes between its sub-steps, or its inner control points, each of shape
@@ -128,7 +130,7 @@ pub struct Motion {
     pub travel: Vec<Vec<f64>>,
 }
 
-impl Motion {
+impl SolvedMotion {
     /// All nodes, in their order.
     pub fn all_nodes(&self) -> impl Iterator<Item = &[f64]> {
         let within = self.within.iter().map(Vec::as_slice).chain(std::iter::once(&[][..]));
@@ -147,7 +149,7 @@ impl Transcription {
         mechanism: &Mechanism,
         system: Arc<SeparableSystem>,
         at: InitialValues<'_>,
-        problem: Problem,
+        problem: ControlProblem,
         guess: &Guess,
     ) -> Result<Self, ProblemError> {
         problem.check()?;
@@ -155,20 +157,20 @@ impl Transcription {
         let n = at.q.len();
         let chart = Chart::new(mechanism, n);
         let closures = independent(mechanism, &chart, at)?;
-        if problem.time.is_free() && closures.iter().any(Closure::is_of_time) {
+        if problem.time.is_free() && closures.iter().any(TreeClosure::is_of_time) {
             return Err(ProblemError::NotCovered(Uncovered::MotionInTime));
         }
         let division = Division::new(problem.method, problem.steps);
         let (references, travel) =
-            references(&chart, mechanism, (at.q, &closures), &division, guess)?;
-        if !closures.is_empty() && matches!(problem.rest, Rest::Unknowns(_)) {
+            references(&chart, mechanism, at.q, &closures, &division, guess)?;
+        if !closures.is_empty() && matches!(problem.rest, RestAtEnd::Unknowns(_)) {
             return Err(ProblemError::NotCovered(Uncovered::RestInLoop));
         }
         let (turning, middle) = angles(mechanism);
         let bounded = problem.max_increment.is_finite();
         let turning = if bounded { turning } else { Vec::new() };
         let d = chart.dof();
-        let counts = Counts { tree: d, closures: closures.len(), turning: turning.len() };
+        let counts = MechanismCounts { tree: d, closures: closures.len(), turning: turning.len() };
         let layout = Layout::new(&problem, &division, counts);
         let along_starts = along_starts(&system, at, &problem)?;
         let coordinate = |unknown| numbers::coordinate(mechanism, unknown);
@@ -183,13 +185,13 @@ impl Transcription {
             // charts turn these about themselves: no torque belongs to one of their coordinates
             return Err(ProblemError::NotCovered(Uncovered::NoCoordinate));
         }
-        let velocities = Velocities::of(mechanism, &system, at, &problem)?;
+        let velocities = NumberVelocities::of(mechanism, &system, at, &problem)?;
         let mut start_momentum = vec![0.0; n];
         system.mass().mul_add(1.0, at.v, &mut start_momentum);
         let resting = match &problem.rest {
-            Rest::Free => Vec::new(),
-            Rest::All => (0..d).collect(),
-            Rest::Unknowns(some) => some.clone(),
+            RestAtEnd::Free => Vec::new(),
+            RestAtEnd::All => (0..d).collect(),
+            RestAtEnd::Unknowns(some) => some.clone(),
         };
         let mut transcription = Self {
             mass: system.mass().clone(),
@@ -272,26 +274,26 @@ impl Transcription {
 
     /// Where a method starts.
     #[must_use]
-    pub fn start(&self) -> Start {
-        Start { x: self.start.clone(), ..Start::default() }
+    pub fn start(&self) -> MethodStart {
+        MethodStart { x: self.start.clone(), ..MethodStart::default() }
     }
 
     /// The problem.
     #[must_use]
-    pub fn problem(&self) -> &Problem {
+    pub fn problem(&self) -> &ControlProblem {
         &self.problem
     }
 
     /// Whether a closure acts at the end.
     fn acts_at_end(&self) -> bool {
-        self.problem.rest == Rest::All
+        self.problem.rest == RestAtEnd::All
     }
 
     /// The motion at a point.
     ///
     /// # Errors
     /// [`Undefined`].
-    pub fn motion(&self, x: &[f64]) -> Result<Motion, Undefined> {
+    pub fn motion(&self, x: &[f64]) -> Result<SolvedMotion, Undefined> {
         let point = self.followed_at(x)?;
         let controls = (0..self.problem.steps)
             .map(|n| {
@@ -308,7 +310,7 @@ impl Transcription {
                 None => within[self.division.step(k)].push(node.placed.q),
             }
         }
-        Ok(Motion { step, method, nodes, within, controls, costs, travel })
+        Ok(SolvedMotion { step, method, nodes, within, controls, costs, travel })
     }
 
     /// What the coordinates that add up have changed by at a node, shape `d`.
@@ -340,10 +342,10 @@ impl Transcription {
     ///
     /// # Errors
     /// [`Undefined`].
-    pub fn held(&self, x: &[f64], multipliers: &Multipliers) -> Result<Held, Undefined> {
+    pub fn held(&self, x: &[f64], multipliers: &Multipliers) -> Result<HeldPoint, Undefined> {
         let motion = self.motion(x)?;
         let last = self.division.last();
-        let mut held = Held {
+        let mut held = HeldPoint {
             steps: self.problem.steps,
             nodes: motion.all_nodes().map(<[f64]>::to_vec).collect(),
             travel: (0..=last).map(|n| self.traveled_at(x, n)).collect(),
@@ -359,7 +361,7 @@ impl Transcription {
     /// Puts references and start onto a point that was held, of the same problem; false where it is
     /// of another one.
     #[must_use]
-    pub fn goes_on(&mut self, held: &Held) -> bool {
+    pub fn goes_on(&mut self, held: &HeldPoint) -> bool {
         let (count, d) = (self.division.last() + 1, self.chart.dof());
         let of = |rows: &[Vec<f64>], size: usize| {
             rows.len() == count && rows.iter().all(|row| row.len() == size)
@@ -377,7 +379,7 @@ impl Transcription {
         fits
     }
 
-    fn refer_to(&mut self, held: &Held) {
+    fn refer_to(&mut self, held: &HeldPoint) {
         self.references = held.nodes.iter().map(|q| self.chart.reference(q)).collect();
         self.travel.clone_from(&held.travel);
         self.start.clone_from(&held.x);
@@ -385,7 +387,7 @@ impl Transcription {
     }
 
     /// `out ← g`.
-    fn row_values_at(&self, point: &Point, out: &mut [f64]) {
+    fn row_values_at(&self, point: &EvaluatedPoint, out: &mut [f64]) {
         let d = self.chart.dof();
         let mut residual = vec![0.0; d];
         for n in 0..=self.division.last() {
@@ -415,7 +417,7 @@ impl Transcription {
         self.for_each_knot(|row, at, weight| out[row] += weight * point.x[at]);
     }
 
-    fn at(&self) -> &Point {
+    fn at(&self) -> &EvaluatedPoint {
         let point = self.point.as_ref().expect("the program was moved to a point");
         self.follow(point);
         point
@@ -427,7 +429,7 @@ fn check_mechanism(
     mechanism: &Mechanism,
     system: &SeparableSystem,
     at: InitialValues<'_>,
-    problem: &Problem,
+    problem: &ControlProblem,
 ) -> Result<(), ProblemError> {
     let description = mechanism.description();
     if !description.particles.is_empty() {
@@ -447,10 +449,10 @@ fn check_mechanism(
         return Err(ProblemError::Method(SetupError::DissipativeComposition));
     }
     if problem.time.is_free() {
-        let divided = matches!(problem.method, Method::Composition(_));
+        let divided = matches!(problem.method, OrderMethod::Composition(_));
         let times = sampled(at, problem);
         let places = [1.0, 2.0, 3.0].map(|seed| near(at, seed));
-        if let Some(source) = system.first_of_time((&places, &times), divided) {
+        if let Some(source) = system.first_of_time(&places, &times, divided) {
             return Err(ProblemError::NotCovered(Uncovered::ForceInTime(source.clone())));
         }
     }
@@ -464,9 +466,10 @@ fn independent(
     mechanism: &Mechanism,
     chart: &Chart,
     at: InitialValues<'_>,
-) -> Result<Vec<Closure>, ProblemError> {
+) -> Result<Vec<TreeClosure>, ProblemError> {
     let rows = mechanism.loop_constraints().into_iter();
-    let rows = rows.map(|row| Closure::of(row, mechanism, at.t)).collect::<Result<Vec<_>, _>>()?;
+    let rows =
+        rows.map(|row| TreeClosure::of(row, mechanism, at.t)).collect::<Result<Vec<_>, _>>()?;
     if rows.is_empty() {
         return Ok(rows);
     }
@@ -475,12 +478,12 @@ fn independent(
     let mut slopes = DMatrix::zeros(rows.len(), chart.dof()); // G_c P
     for (k, own) in rows.iter().enumerate() {
         match own {
-            Closure::Product(row) => row.for_each_slope(reference.q(), |i, slope| {
+            TreeClosure::Product(row) => row.for_each_slope(reference.q(), |i, slope| {
                 for j in 0..chart.dof() {
                     slopes[(k, j)] += slope * columns[(i, j)];
                 }
             }),
-            Closure::Along(own) => {
+            TreeClosure::Along(own) => {
                 own.slope(chart.dof())
                     .into_iter()
                     .enumerate()
@@ -511,7 +514,7 @@ fn angles(mechanism: &Mechanism) -> (Vec<usize>, Vec<usize>) {
 }
 
 /// Times at which what changes with the time itself shows.
-fn sampled(at: InitialValues<'_>, problem: &Problem) -> Vec<f64> {
+fn sampled(at: InitialValues<'_>, problem: &ControlProblem) -> Vec<f64> {
     const COUNT: u32 = 64;
     let last = match problem.time {
         FinalTime::Free { max, .. } => max,
@@ -532,7 +535,7 @@ fn near(at: InitialValues<'_>, seed: f64) -> [Vec<f64>; 2] {
 fn along_starts(
     system: &SeparableSystem,
     at: InitialValues<'_>,
-    problem: &Problem,
+    problem: &ControlProblem,
 ) -> Result<Vec<f64>, ProblemError> {
     let start = Configuration::new(at.t, at.q);
     let mut starts = Vec::new();
@@ -574,7 +577,7 @@ impl Program for Transcription {
             }
             let path = self.problem.conditions.iter();
             for condition in path.filter(|own| is_bound(&own.quantity, own.when)) {
-                let Quantity::Joint { unknown, start } = condition.quantity else { continue };
+                let NodeNumber::Joint { unknown, start } = condition.quantity else { continue };
                 let j = unknown.index;
                 let of_bound = |bound: f64| unknown.sign * (bound - start) - self.travel[n][j];
                 let [a, b] = condition.bounds.map(of_bound);

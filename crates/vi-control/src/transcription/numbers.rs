@@ -20,12 +20,12 @@
 #![allow(non_snake_case)] // K, X, Y
 
 use super::Transcription;
-use super::derivatives::Sink;
-use super::piece::{Effect, Kind, Piece, add_product, products};
-use super::point::Point;
-use super::problem::{CostKind, Problem, ProblemError, Quantity, Uncovered};
-use crate::node::{NodeQuantity, Reads};
-use crate::objective::{self, ByKnown, Known, Seen};
+use super::derivatives::EntrySink;
+use super::piece::{ControlEffect, Piece, PieceKind, add_product, products};
+use super::point::EvaluatedPoint;
+use super::problem::{ControlProblem, CostKind, NodeNumber, ProblemError, Uncovered};
+use crate::node::{NodeQuantity, NodeReads};
+use crate::objective::{self, ByKnown, Known, NotedNode};
 use crate::program::Undefined;
 use crate::terminal_rate::NodeReader;
 use nalgebra::DMatrix;
@@ -44,7 +44,7 @@ use vi_multibody::joint_coordinate::JointCoordinate;
 
 /// What numbers of nodes with their velocities are read by.
 #[derive(Debug)]
-pub(super) struct Velocities {
+pub(super) struct NumberVelocities {
     reader: NodeReader,
 }
 
@@ -59,7 +59,7 @@ pub(super) fn coordinate(mechanism: &Mechanism, unknown: SignedUnknown) -> Optio
     })
 }
 
-impl Velocities {
+impl NumberVelocities {
     /// Of a problem; `None` where no number reads a velocity.
     ///
     /// # Errors
@@ -68,16 +68,18 @@ impl Velocities {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         at: InitialValues<'_>,
-        problem: &Problem,
+        problem: &ControlProblem,
     ) -> Result<Option<Self>, ProblemError> {
         let (mut any, free) = (false, problem.time.is_free());
         for (name, quantity) in problem.numbers() {
-            let Quantity::Node(own) = quantity else { continue };
+            let NodeNumber::Node(own) = quantity else { continue };
             any = true;
             let what = match own.reads() {
-                Reads { accelerations: true, .. } => "accelerations, which controls change as well",
-                Reads { forces: true, .. } => "multipliers of the step from the node",
-                Reads { internal: true, .. } => "what all steps before it have done",
+                NodeReads { accelerations: true, .. } => {
+                    "accelerations, which controls change as well"
+                }
+                NodeReads { forces: true, .. } => "multipliers of the step from the node",
+                NodeReads { internal: true, .. } => "what all steps before it have done",
                 _ if free && own.reads_time() => "the time, and the final time is free",
                 _ if own.curved().is_none() => "what has no second derivatives",
                 _ => continue,
@@ -91,43 +93,43 @@ impl Velocities {
         let rows = rows.map_err(|_| ProblemError::NotCovered(Uncovered::SingularStart))?;
         let mut state = State::new(at.t, at.q.to_vec(), vec![0.0; at.q.len()]);
         system.mass().mul_add(1.0, at.v, &mut state.p);
-        let reader = NodeReader::at(mechanism, system, (&rows, &state))?;
+        let reader = NodeReader::at(mechanism, system, &rows, &state)?;
         Ok(Some(Self { reader }))
     }
 }
 
 impl Transcription {
     /// The motion at `x`, along which numbers are continued.
-    pub(super) fn followed_at(&self, x: &[f64]) -> Result<Point, Undefined> {
+    pub(super) fn followed_at(&self, x: &[f64]) -> Result<EvaluatedPoint, Undefined> {
         let point = self.point_at(x)?;
         self.follow(&point);
         Ok(point)
     }
 
     /// Takes note of the nodes where steps meet, as a run does: numbers are continued along these.
-    pub(super) fn follow(&self, point: &Point) {
+    pub(super) fn follow(&self, point: &EvaluatedPoint) {
         for (_, quantity) in self.problem.numbers() {
             for n in (0..=self.problem.steps).map(|n| self.division.node(n)) {
-                let seen = if n == 0 { Seen::First } else { Seen::Next };
+                let seen = if n == 0 { NotedNode::First } else { NotedNode::Next };
                 let at = point.configuration(n);
                 match quantity {
-                    Quantity::Joint { .. } => {}
-                    Quantity::Configuration(own) => own.follow(at, seen),
-                    Quantity::Node(own) => own.follow(at, seen),
+                    NodeNumber::Joint { .. } => {}
+                    NodeNumber::Configuration(own) => own.follow(at, seen),
+                    NodeNumber::Node(own) => own.follow(at, seen),
                 }
             }
         }
     }
 
     /// A number at a node.
-    pub(super) fn quantity(&self, point: &Point, quantity: &Quantity, n: usize) -> f64 {
+    pub(super) fn quantity(&self, point: &EvaluatedPoint, quantity: &NodeNumber, n: usize) -> f64 {
         match quantity {
-            Quantity::Joint { unknown, start } => {
+            NodeNumber::Joint { unknown, start } => {
                 start + unknown.sign * self.traveled(&point.x, n, unknown.index)
             }
-            Quantity::Configuration(own) => own.value(point.configuration(n)),
-            Quantity::Node(own) => {
-                let read = |all: &Velocities| {
+            NodeNumber::Configuration(own) => own.value(point.configuration(n)),
+            NodeNumber::Node(own) => {
+                let read = |all: &NumberVelocities| {
                     all.reader.value(&**own, &self.state(point, n), Known::STATE)
                 };
                 self.velocities.as_ref().map_or(f64::NAN, read)
@@ -137,10 +139,10 @@ impl Transcription {
 
     /// Whether the numbers of conditions and costs have values and slopes at a point: a distance
     /// has none where the points meet.
-    pub(super) fn exists(&self, point: &Point) -> bool {
-        let exists = |quantity: &Quantity, n: usize| {
+    pub(super) fn exists(&self, point: &EvaluatedPoint) -> bool {
+        let exists = |quantity: &NodeNumber, n: usize| {
             let slopes = match quantity {
-                Quantity::Configuration(_) => self.quantity_slope(point, quantity, n),
+                NodeNumber::Configuration(_) => self.quantity_slope(point, quantity, n),
                 _ => Vec::new(),
             };
             let value = self.quantity(point, quantity, n);
@@ -159,13 +161,13 @@ impl Transcription {
     }
 
     /// A node with `p̄_n`.
-    fn state(&self, point: &Point, n: usize) -> State {
+    fn state(&self, point: &EvaluatedPoint, n: usize) -> State {
         let at = point.configuration(n);
         let mut p = self.start_momentum.clone();
         if let Some(number) = self.before(n) {
             let piece = &point.pieces[number];
             let s = &piece.s;
-            if let Kind::Galerkin(_) = piece.kind {
+            if let PieceKind::Galerkin(_) = piece.kind {
                 let [inertial, other] = piece.momentum(self, self.division.span());
                 p = inertial.iter().zip(&other).map(|(a, b)| a + b).collect(); // [2.29]
             } else {
@@ -188,7 +190,7 @@ impl Transcription {
     /// Controls along unknowns in a piece: their variables, efforts and coordinates.
     fn efforts_of<'a>(
         &'a self,
-        point: &'a Point,
+        point: &'a EvaluatedPoint,
         piece: usize,
     ) -> impl Iterator<Item = (usize, f64, &'a JointCoordinate)> {
         self.efforts().filter_map(move |(k, _)| {
@@ -200,7 +202,7 @@ impl Transcription {
     /// `∇y·K_j` of a number of the configuration at a node.
     pub(super) fn number_along(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         n: usize,
         own: &dyn objective::Quantity,
     ) -> Vec<f64> {
@@ -212,20 +214,25 @@ impl Transcription {
     /// The derivatives of a number at a node by the variables, always by the same ones.
     pub(super) fn quantity_slope(
         &self,
-        point: &Point,
-        quantity: &Quantity,
+        point: &EvaluatedPoint,
+        quantity: &NodeNumber,
         n: usize,
     ) -> Vec<(usize, f64)> {
         let Some(at) = self.layout.coordinate(n) else { return Vec::new() };
         let place = |slope: Vec<f64>| (at..).zip(slope).collect();
         match quantity {
-            Quantity::Joint { unknown, .. } => vec![(at + unknown.index, unknown.sign)],
-            Quantity::Configuration(own) => place(self.number_along(point, n, &**own)),
-            Quantity::Node(own) => self.node_slope(point, &**own, n),
+            NodeNumber::Joint { unknown, .. } => vec![(at + unknown.index, unknown.sign)],
+            NodeNumber::Configuration(own) => place(self.number_along(point, n, &**own)),
+            NodeNumber::Node(own) => self.node_slope(point, &**own, n),
         }
     }
 
-    fn node_slope(&self, point: &Point, own: &dyn NodeQuantity, n: usize) -> Vec<(usize, f64)> {
+    fn node_slope(
+        &self,
+        point: &EvaluatedPoint,
+        own: &dyn NodeQuantity,
+        n: usize,
+    ) -> Vec<(usize, f64)> {
         let (Some(all), Some(number)) = (&self.velocities, self.before(n)) else {
             return Vec::new();
         };
@@ -259,14 +266,14 @@ impl Transcription {
     /// its node of this number.
     fn momentum_slope(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         (number, state): (usize, &State),
         j: usize,
         (X, transposed): (&DMatrix<f64>, bool),
     ) -> DMatrix<f64> {
         let (piece, span) = (&point.pieces[number], self.division.span());
-        if let Kind::Galerkin(_) = piece.kind {
-            return piece.times(self, (span, j), X, transposed).sum();
+        if let PieceKind::Galerkin(_) = piece.kind {
+            return piece.times(self, span, j, X, transposed).sum();
         }
         let (s, by) = (&piece.s, Slot::BOTH[j]);
         let matrix = SparseMatrix::assemble(self.n, self.n, |out| {
@@ -287,8 +294,8 @@ impl Transcription {
     /// `∂p̄_n/∂w` of a control, shape `n`.
     fn momentum_by_control(&self, piece: &Piece, state: &State, control: usize) -> Vec<f64> {
         match (piece.effect(self, control, self.division.span()), &self.coordinates[control]) {
-            (Effect::Force(force), _) => force,
-            (Effect::Unknown(..), own) => {
+            (ControlEffect::Force(force), _) => force,
+            (ControlEffect::Unknown(..), own) => {
                 let mut force = vec![0.0; self.n];
                 if let Some(own) = own {
                     own.add_gradient(&state.q, 0.5 * piece.s.h, &mut force);
@@ -299,11 +306,11 @@ impl Transcription {
     }
 
     /// `∂p̄_n/∂T`, shape `n`.
-    fn momentum_by_time(&self, point: &Point, number: usize, state: &State) -> Vec<f64> {
+    fn momentum_by_time(&self, point: &EvaluatedPoint, number: usize, state: &State) -> Vec<f64> {
         let (piece, span) = (&point.pieces[number], self.division.span());
         let part = self.division.gamma(number) / self.problem.steps as f64;
         let mut change = vec![0.0; self.n];
-        if let Kind::Galerkin(_) = piece.kind {
+        if let PieceKind::Galerkin(_) = piece.kind {
             let [inertial, _] = piece.momentum(self, span);
             change = piece.by_length(self, span);
             let both = change.iter_mut().zip(&inertial);
@@ -326,15 +333,15 @@ impl Transcription {
     /// at its last node.
     fn emit_momentum_bend(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         (number, state): (usize, &State),
         Y: &[&[f64]],
         (i, j): (usize, usize),
         out: &mut dyn Entries,
     ) {
         let piece = &point.pieces[number];
-        if let Kind::Galerkin(_) = piece.kind {
-            return piece.emit_bend(self, Y, (i, j), out);
+        if let PieceKind::Galerkin(_) = piece.kind {
+            return piece.emit_bend(self, Y, i, j, out);
         }
         let (s, Y, slots) = (&piece.s, [Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
         self.system.forced_bend(s, Y, slots, out);
@@ -347,14 +354,14 @@ impl Transcription {
     /// `∂²(y·p̄_n)/∂h∂q_j` of the momentum with which a piece ends, `h` its length, `Y` as above.
     fn momentum_slope_by_length(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         (number, state): (usize, &State),
         j: usize,
         Y: &[&[f64]],
     ) -> Vec<f64> {
         let piece = &point.pieces[number];
         let mut slope = piece.slope_by_length(self, j, Y);
-        let Kind::SubStep(along) = &piece.kind else { return slope };
+        let PieceKind::SubStep(along) = &piece.kind else { return slope };
         let (s, by, y) = (&piece.s, Slot::BOTH[j], Y[1]);
         let at_end = by == Slot::Second;
         for (_, value, own) in self.efforts_of(point, number).filter(|_| at_end) {
@@ -371,7 +378,7 @@ impl Transcription {
         let (h, span) = (piece.s.h, self.division.span());
         let [inertial, _] = piece.momentum(self, span);
         let mut second = 2.0 * dot(&inertial, Y[span]) / (h * h) + piece.second_by_length(self, Y);
-        if let Kind::SubStep(along) = &piece.kind {
+        if let PieceKind::SubStep(along) = &piece.kind {
             for (own, effort) in self.system.along_unknowns().zip(along) {
                 second += own.force.rate(&state.q, Y[1]) * effort.effort.second_by_length(h);
             }
@@ -383,9 +390,10 @@ impl Transcription {
     /// the Lagrangian `factor f + λᵀ g`.
     fn factors<'a>(
         &'a self,
-        point: &Point,
-        (factor, lambda): (f64, &[f64]),
-    ) -> Vec<(usize, &'a Quantity, f64)> {
+        point: &EvaluatedPoint,
+        factor: f64,
+        lambda: &[f64],
+    ) -> Vec<(usize, &'a NodeNumber, f64)> {
         let mut all = Vec::new();
         for placed in &self.layout.conditions {
             let own = &self.problem.conditions[placed.condition].quantity;
@@ -398,14 +406,20 @@ impl Transcription {
                 all.push((n, quantity, factor * cost.weight * part * slope));
             }
         }
-        all.retain(|(_, own, _)| matches!(own, Quantity::Node(_)));
+        all.retain(|(_, own, _)| matches!(own, NodeNumber::Node(_)));
         all
     }
 
     /// Emits `Σ c ∇²y` of numbers with velocities, `c`: their factors.
-    pub(super) fn emit_curvature(&self, point: &Point, factors: (f64, &[f64]), out: &mut Sink<'_>) {
-        for (n, own, factor) in self.factors(point, factors) {
-            let Quantity::Node(own) = own else { continue };
+    pub(super) fn emit_curvature(
+        &self,
+        point: &EvaluatedPoint,
+        t: f64,
+        q: &[f64],
+        out: &mut EntrySink<'_>,
+    ) {
+        for (n, own, factor) in self.factors(point, t, q) {
+            let NodeNumber::Node(own) = own else { continue };
             let Some(number) = self.before(n) else { continue };
             let (variables, second) = self.node_second(point, &**own, number, n);
             for (i, a) in variables.iter().enumerate() {
@@ -420,7 +434,7 @@ impl Transcription {
     /// number where it has none.
     fn node_second(
         &self,
-        point: &Point,
+        point: &EvaluatedPoint,
         own: &dyn NodeQuantity,
         number: usize,
         n: usize,
@@ -485,7 +499,7 @@ impl Transcription {
         };
         for k in 0..self.problem.controls.len() {
             let mut slopes = piece.effect_slopes(self, k, &Y);
-            if let (Kind::SubStep(_), Some(own)) = (&piece.kind, &self.coordinates[k]) {
+            if let (PieceKind::SubStep(_), Some(own)) = (&piece.kind, &self.coordinates[k]) {
                 own.add_bend(&state.q, Y[span], 0.5 * piece.s.h, &mut slopes[span]);
             }
             for (a, &(j, _)) in nodes.iter().enumerate() {

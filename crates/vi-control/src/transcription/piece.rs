@@ -36,12 +36,12 @@ pub(super) struct Piece {
     pub(super) s: Interval,
     /// The wrenches of controls in it, with their values.
     pub(super) wrenches: Vec<Load>,
-    pub(super) kind: Kind,
+    pub(super) kind: PieceKind,
 }
 
 /// An effort of the model along an unknown in a sub-step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Along {
+pub(super) struct ModelEffort {
     /// `j`.
     pub(super) index: usize,
     /// `σ`.
@@ -52,9 +52,9 @@ pub(super) struct Along {
 
 /// What is of one kind of piece alone.
 #[derive(Debug)]
-pub(super) enum Kind {
+pub(super) enum PieceKind {
     /// Efforts of the model along unknowns.
-    SubStep(Vec<Along>),
+    SubStep(Vec<ModelEffort>),
     Galerkin(Box<Action>),
 }
 
@@ -70,7 +70,7 @@ pub(super) struct Action {
 }
 
 /// How a control acts at a node.
-pub(super) enum Effect {
+pub(super) enum ControlEffect {
     /// Along an unknown, by the derivative of the balance of this one.
     Unknown(usize, f64),
     /// By the derivative of `w`, shape `n`.
@@ -78,12 +78,12 @@ pub(super) enum Effect {
 }
 
 /// `X ↦ (inertial part, other part)`.
-pub(super) struct Parts {
+pub(super) struct SplitResidual {
     inertial: DMatrix<f64>,
     other: Option<DMatrix<f64>>,
 }
 
-impl Parts {
+impl SplitResidual {
     pub(super) fn zero(n: usize, columns: usize) -> Self {
         Self { inertial: DMatrix::zeros(n, columns), other: None }
     }
@@ -152,7 +152,7 @@ impl Piece {
         let wrenches: Vec<Load> = of.wrenches().map(|(k, load)| load.scaled(value(k))).collect();
         let stages = of.division.constants.as_ref().and_then(|own| Stages::new(own.stages()));
         let Some(stages) = stages else {
-            return Self { first, s, wrenches, kind: Kind::SubStep(Vec::new()) };
+            return Self { first, s, wrenches, kind: PieceKind::SubStep(Vec::new()) };
         };
         let mut intervals: Vec<Interval> =
             nodes[1..last].iter().map(|q| Interval::between(t, h, nodes[0], q)).collect();
@@ -170,7 +170,7 @@ impl Piece {
             wrenches.iter().for_each(|load| load.add_continuous(at.moving(&node.v), force));
         }
         let action = Action { points, efforts, blocks: OnceLock::new() };
-        Self { first, s, wrenches, kind: Kind::Galerkin(Box::new(action)) }
+        Self { first, s, wrenches, kind: PieceKind::Galerkin(Box::new(action)) }
     }
 
     /// The inertial part of `w_i`, and the rest.
@@ -178,7 +178,7 @@ impl Piece {
         let [mut inertial, mut other] = [(); 2].map(|()| vec![0.0; of.n]);
         let h = self.s.h;
         match &self.kind {
-            Kind::SubStep(_) => {
+            PieceKind::SubStep(_) => {
                 let slot = Slot::BOTH[i];
                 if of.has_other {
                     of.system.beside_unknowns(&self.s, slot, &mut other);
@@ -192,7 +192,7 @@ impl Piece {
                     }
                 }
             }
-            Kind::Galerkin(action) => {
+            PieceKind::Galerkin(action) => {
                 let mut mixed = vec![0.0; of.n];
                 action.points.mix(i, &mut mixed);
                 of.system.inertia().mul_add(1.0 / h, &mixed, &mut inertial);
@@ -205,7 +205,9 @@ impl Piece {
     /// The derivative of the part of `w_i` that is not inertial by the length of the piece.
     pub(super) fn by_length(&self, of: &Transcription, i: usize) -> Vec<f64> {
         let h = self.s.h;
-        let Kind::Galerkin(action) = &self.kind else { return self.by_sub_step(of, Slot::BOTH[i]) };
+        let PieceKind::Galerkin(action) = &self.kind else {
+            return self.by_sub_step(of, Slot::BOTH[i]);
+        };
         let constants = action.points.constants();
         let (mut sum, mut force) = (vec![0.0; of.n], vec![0.0; of.n]);
         let by = StepChange { length: 1.0, middle: 0.0 }; // nothing depends on the time itself
@@ -245,13 +247,14 @@ impl Piece {
     pub(super) fn times(
         &self,
         of: &Transcription,
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         X: &DMatrix<f64>,
         transposed: bool,
-    ) -> Parts {
-        let (h, mut parts) = (self.s.h, Parts::zero(of.n, X.ncols()));
+    ) -> SplitResidual {
+        let (h, mut parts) = (self.s.h, SplitResidual::zero(of.n, X.ncols()));
         match &self.kind {
-            Kind::SubStep(_) => {
+            PieceKind::SubStep(_) => {
                 let [of_end, by] = [i, j].map(|end| Slot::BOTH[end]);
                 let scale = of_end.sign() * by.sign() / h;
                 of.mass.mul_dense_add(scale, X, &mut parts.inertial);
@@ -268,7 +271,7 @@ impl Piece {
                     add_product(1.0, &matrix, X, transposed, other);
                 }
             }
-            Kind::Galerkin(action) => {
+            PieceKind::Galerkin(action) => {
                 let constants = action.points.constants();
                 of.mass.mul_dense_add(constants.K[(i, j)] / h, X, &mut parts.inertial);
                 let block = &self.blocks(of, action)[i * (constants.stages() + 1) + j];
@@ -282,7 +285,7 @@ impl Piece {
     /// The derivative of `Σ_j (∂w_j/∂q_i)ᵀ Y_j` by the length of the piece, shape `n`.
     pub(super) fn slope_by_length(&self, of: &Transcription, i: usize, Y: &[&[f64]]) -> Vec<f64> {
         let (h, mut slope) = (self.s.h, vec![0.0; of.n]);
-        let Kind::Galerkin(action) = &self.kind else {
+        let PieceKind::Galerkin(action) = &self.kind else {
             let (by, Y) = (Slot::BOTH[i], [Y[0], Y[1]]);
             for (end, Y) in Slot::BOTH.into_iter().zip(Y) {
                 of.mass.mul_add(-end.sign() * by.sign() / (h * h), Y, &mut slope);
@@ -326,7 +329,7 @@ impl Piece {
 
     /// The second derivative of `Σ Y·w` without inertia by the length of the piece.
     pub(super) fn second_by_length(&self, of: &Transcription, Y: &[&[f64]]) -> f64 {
-        let Kind::Galerkin(action) = &self.kind else {
+        let PieceKind::Galerkin(action) = &self.kind else {
             return of.system.beside_unknowns_second_by_length(&self.s, [Y[0], Y[1]]);
         };
         let mut sum = 0.0;
@@ -351,7 +354,7 @@ impl Piece {
             });
             let block = |k: usize| {
                 SparseMatrix::assemble(of.n, of.n, |out| {
-                    slopes.emit(&*of.system, points, (k / count, k % count), out);
+                    slopes.emit(&*of.system, points, k / count, k % count, out);
                 })
             };
             (0..count * count).map(block).collect()
@@ -374,23 +377,23 @@ impl Piece {
     }
 
     /// How a control acts at node `i` of the piece.
-    pub(super) fn effect(&self, of: &Transcription, control: usize, i: usize) -> Effect {
+    pub(super) fn effect(&self, of: &Transcription, control: usize, i: usize) -> ControlEffect {
         let h = self.s.h;
-        if let (Kind::SubStep(_), Some(SignedUnknown { index, sign })) =
+        if let (PieceKind::SubStep(_), Some(SignedUnknown { index, sign })) =
             (&self.kind, of.along(control))
         {
-            return Effect::Unknown(index, 0.5 * h * sign);
+            return ControlEffect::Unknown(index, 0.5 * h * sign);
         }
         let mut force = vec![0.0; of.n];
         match &self.kind {
-            Kind::SubStep(_) => {
+            PieceKind::SubStep(_) => {
                 if let Some(load) = of.wrench(control) {
                     let own = load.half_impulse(&self.s, self.s.node(Slot::BOTH[i]));
                     let out = force[load.offset()..].iter_mut().zip(own);
                     out.for_each(|(out, own)| *out = own);
                 }
             }
-            Kind::Galerkin(action) => {
+            PieceKind::Galerkin(action) => {
                 let constants = action.points.constants();
                 for (k, node) in action.points.gauss().iter().enumerate() {
                     let part = h * constants.gauss_weights[k] * constants.E[(k, i)];
@@ -405,7 +408,7 @@ impl Piece {
                 }
             }
         }
-        Effect::Force(force)
+        ControlEffect::Force(force)
     }
 
     /// `Σ_i (∂/∂q_j of how a control acts at node i)ᵀ Y_i` of each node `j` of the piece, shape
@@ -419,7 +422,7 @@ impl Piece {
         let h = self.s.h;
         let mut slopes = vec![vec![0.0; of.n]; Y.len()];
         match &self.kind {
-            Kind::SubStep(_) => {
+            PieceKind::SubStep(_) => {
                 let Some(load) = of.wrench(control) else { return slopes };
                 for (by, out) in Slot::BOTH.into_iter().zip(&mut slopes) {
                     for (of_end, Y) in Slot::BOTH.into_iter().zip(Y) {
@@ -430,7 +433,7 @@ impl Piece {
                     }
                 }
             }
-            Kind::Galerkin(action) => {
+            PieceKind::Galerkin(action) => {
                 let constants = action.points.constants();
                 for (k, node) in action.points.gauss().iter().enumerate() {
                     let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));
@@ -474,13 +477,13 @@ impl Piece {
         Y: &[&[f64]],
     ) -> Option<Vec<Vec<DMatrix<f64>>>> {
         let acts = match &self.kind {
-            Kind::SubStep(_) => of.has_other,
-            Kind::Galerkin(action) => of.acts || !action.efforts.is_empty(),
+            PieceKind::SubStep(_) => of.has_other,
+            PieceKind::Galerkin(action) => of.acts || !action.efforts.is_empty(),
         };
         if !acts && self.wrenches.is_empty() {
             return None;
         }
-        Some(products(K, |i, j, out| self.emit_bend(of, Y, (i, j), out)))
+        Some(products(K, |i, j, out| self.emit_bend(of, Y, i, j, out)))
     }
 
     /// Emits `∂²(Σ Y·w)/∂q_i∂q_j` of what is not inertial.
@@ -488,18 +491,19 @@ impl Piece {
         &self,
         of: &Transcription,
         Y: &[&[f64]],
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         out: &mut dyn Entries,
     ) {
         match &self.kind {
-            Kind::SubStep(_) => {
+            PieceKind::SubStep(_) => {
                 let (Y, slots) = ([Y[0], Y[1]], [i, j].map(|end| Slot::BOTH[end]));
                 if of.has_other {
                     of.system.beside_unknowns_bend(&self.s, Y, slots, out);
                 }
                 self.wrenches.iter().for_each(|load| load.add_bend(&self.s, Y, slots, out));
             }
-            Kind::Galerkin(action) => {
+            PieceKind::Galerkin(action) => {
                 let (h, constants) = (self.s.h, action.points.constants());
                 for (k, node) in action.points.gauss().iter().enumerate() {
                     let (at, Z) = (node.place(&self.s), self.at_gauss(of, action, k, Y));

@@ -7,10 +7,10 @@
 //! ```
 
 use super::Transcription;
-use super::chart::Placed;
-use super::closure::Closure;
-use super::piece::{Along, Kind, Piece};
-use super::problem::{Acts, CostKind, Quantity, When};
+use super::chart::PlacedNode;
+use super::closure::TreeClosure;
+use super::piece::{ModelEffort, Piece, PieceKind};
+use super::problem::{Acts, CostKind, NodeNumber, When};
 use crate::program::Undefined;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints as _;
@@ -21,8 +21,8 @@ use vi_rigid::load::Load;
 
 /// A node.
 #[derive(Debug)]
-pub(super) struct Node {
-    pub(super) placed: Placed,
+pub(super) struct PointNode {
+    pub(super) placed: PlacedNode,
     /// `K`, shape `n × d`.
     pub(super) columns: DMatrix<f64>,
     /// What inertia contributes to `w`, of the order `1/h`.
@@ -35,11 +35,11 @@ pub(super) struct Node {
 
 /// Everything at a point but derivatives.
 #[derive(Debug)]
-pub(super) struct Point {
+pub(super) struct EvaluatedPoint {
     pub(super) x: Vec<f64>,
     /// That of a whole step.
     pub(super) h: f64,
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<PointNode>,
     pub(super) pieces: Vec<Piece>,
     /// Unwrapped angles of joints at each node, rad.
     angles: Vec<Vec<f64>>,
@@ -47,7 +47,7 @@ pub(super) struct Point {
     times: Vec<f64>,
 }
 
-impl Point {
+impl EvaluatedPoint {
     /// Node `n`.
     pub(super) fn configuration(&self, n: usize) -> Configuration<'_> {
         let t = self.times[n];
@@ -84,18 +84,18 @@ impl Transcription {
     }
 
     /// The motion at `x`.
-    pub(super) fn point_at(&self, x: &[f64]) -> Result<Point, Undefined> {
+    pub(super) fn point_at(&self, x: &[f64]) -> Result<EvaluatedPoint, Undefined> {
         let (count, h) = (self.division.last(), self.step_of(x));
         if x.iter().any(|x| !x.is_finite()) || h <= 0.0 {
             return Err(Undefined);
         }
-        let mut nodes: Vec<Node> = Vec::with_capacity(count + 1);
+        let mut nodes: Vec<PointNode> = Vec::with_capacity(count + 1);
         for n in 0..=count {
             let placed = self.chart.place(&self.references[n], &self.chart_coordinates(x, n));
             let columns = self.chart.columns(&placed);
             let zero = || vec![0.0; self.n];
             let by_step = if self.layout.time.is_some() { zero() } else { Vec::new() };
-            nodes.push(Node { placed, columns, inertial: zero(), balance: zero(), by_step });
+            nodes.push(PointNode { placed, columns, inertial: zero(), balance: zero(), by_step });
         }
         let mut angles: Vec<Vec<f64>> = Vec::with_capacity(count + 1);
         for node in &nodes {
@@ -116,7 +116,7 @@ impl Transcription {
             let value = |k: usize| x[self.acting(k, p)];
             let start = (&angles[first][..], times[first], length * h);
             let mut piece = Piece::new(self, (first, &between), start, &value);
-            if let Kind::SubStep(along) = &mut piece.kind {
+            if let PieceKind::SubStep(along) = &mut piece.kind {
                 *along = self.along_at(x, first, &piece.s);
             }
             for i in 0..=span {
@@ -132,7 +132,7 @@ impl Transcription {
             pieces.push(piece);
         }
         for (n, node) in nodes.iter_mut().enumerate() {
-            let Node { inertial, balance, placed, .. } = node;
+            let PointNode { inertial, balance, placed, .. } = node;
             add(1.0, inertial, balance);
             if n == 0 {
                 add(1.0, &self.start_momentum, balance);
@@ -145,20 +145,20 @@ impl Transcription {
             }
         }
         let x = x.to_vec();
-        Ok(Point { x, h, nodes, pieces, angles, times })
+        Ok(EvaluatedPoint { x, h, nodes, pieces, angles, times })
     }
 
     /// The closures whose impulses act at node `n`.
-    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &Closure> {
+    pub(super) fn impulses_at(&self, n: usize) -> impl Iterator<Item = &TreeClosure> {
         let acts = n < self.division.last() || self.acts_at_end();
         self.closures.iter().filter(move |_| acts)
     }
 
     /// The value of a closure at a node.
-    pub(super) fn closure_value(&self, point: &Point, n: usize, own: &Closure) -> f64 {
+    pub(super) fn closure_value(&self, point: &EvaluatedPoint, n: usize, own: &TreeClosure) -> f64 {
         match own {
-            Closure::Product(row) => row.value(&point.nodes[n].placed.q),
-            Closure::Along(own) => {
+            TreeClosure::Product(row) => row.value(&point.nodes[n].placed.q),
+            TreeClosure::Along(own) => {
                 own.value(point.configuration(n).t, |j| self.traveled(&point.x, n, j))
             }
         }
@@ -200,7 +200,7 @@ impl Transcription {
         self.along(control).expect("the problem was checked")
     }
 
-    fn along_at(&self, x: &[f64], n: usize, s: &Interval) -> Vec<Along> {
+    fn along_at(&self, x: &[f64], n: usize, s: &Interval) -> Vec<ModelEffort> {
         let all = self.system.along_unknowns().zip(&self.along_starts);
         let at = |(own, start): (vi_core::coordinate_force::AlongUnknown<'_>, &f64)| {
             let (index, sign) = (own.unknown.index, own.unknown.sign);
@@ -212,7 +212,7 @@ impl Transcription {
                 bends: own.force.bends(t, mean, rate),
                 rate,
             };
-            Along { index, sign, effort }
+            ModelEffort { index, sign, effort }
         };
         all.map(at).collect()
     }
@@ -221,7 +221,7 @@ impl Transcription {
     /// `h`.
     pub(super) fn counted(
         &self,
-        quantity: &Quantity,
+        quantity: &NodeNumber,
         when: When,
         h: f64,
     ) -> Vec<(usize, f64, f64)> {
@@ -231,9 +231,9 @@ impl Transcription {
             When::Node(n) => vec![(node(n), 1.0, 0.0)],
             When::Path => {
                 let within = match quantity {
-                    Quantity::Joint { .. } => true,
-                    Quantity::Configuration(own) => !own.is_continued(),
-                    Quantity::Node(_) => false,
+                    NodeNumber::Joint { .. } => true,
+                    NodeNumber::Configuration(own) => !own.is_continued(),
+                    NodeNumber::Node(_) => false,
                 };
                 let parts = self.division.trapezoids(within);
                 parts.into_iter().map(|(node, part)| (node, h * part, part)).collect()
@@ -242,18 +242,18 @@ impl Transcription {
     }
 
     /// The momenta `Kᵀ w` with the efforts along unknowns, at a node.
-    pub(super) fn residual(&self, point: &Point, n: usize, out: &mut [f64]) {
+    pub(super) fn residual(&self, point: &EvaluatedPoint, n: usize, out: &mut [f64]) {
         let node = &point.nodes[n];
         for (o, column) in out.iter_mut().zip(node.columns.column_iter()) {
             *o = column.iter().zip(&node.balance).map(|(k, w)| k * w).sum();
         }
         for (k, own) in self.impulses_at(n).enumerate() {
-            let Closure::Along(own) = own else { continue };
+            let TreeClosure::Along(own) = own else { continue };
             add(-point.x[self.layout.impulse(n) + k], &own.slope(self.chart.dof()), out);
         }
         for (p, _) in self.division.pieces_at(n) {
             let piece = &point.pieces[p];
-            let Kind::SubStep(along) = &piece.kind else { continue };
+            let PieceKind::SubStep(along) = &piece.kind else { continue };
             let h = piece.s.h;
             for own in along {
                 out[own.index] += 0.5 * h * own.sign * own.effort.effort;
@@ -266,7 +266,7 @@ impl Transcription {
     }
 
     /// The value of each term of the cost.
-    pub(super) fn costs(&self, point: &Point) -> Vec<f64> {
+    pub(super) fn costs(&self, point: &EvaluatedPoint) -> Vec<f64> {
         let (h, x, steps) = (point.h, &point.x, self.problem.steps);
         let value = |k: usize, n: usize| x[self.layout.control(k, n)];
         let of_steps = |of: &[usize], term: &dyn Fn(usize, usize) -> f64| -> f64 {

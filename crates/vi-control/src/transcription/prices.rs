@@ -3,7 +3,7 @@
 
 use super::Transcription;
 use super::layout::is_bound;
-use super::problem::{Quantity, Rest};
+use super::problem::{NodeNumber, RestAtEnd};
 use crate::program::{Multipliers, Program as _, Undefined};
 
 /// Turns this near to the largest one, rad, are at it: a method keeps off by `μ/λ`.
@@ -22,7 +22,7 @@ pub struct TurnPrice {
 
 /// The size of a program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Size {
+pub struct PriceSize {
     /// Variables.
     pub unknowns: usize,
     /// Those that are values of controls.
@@ -80,7 +80,7 @@ impl Transcription {
         for (k, condition) in self.problem.conditions.iter().enumerate() {
             let value = |n: usize| self.quantity(&point, &condition.quantity, n);
             if is_bound(&condition.quantity, condition.when) {
-                let Quantity::Joint { unknown, .. } = condition.quantity else { continue };
+                let NodeNumber::Joint { unknown, .. } = condition.quantity else { continue };
                 let bounds = self.path_bounds(unknown.index);
                 for node in 1..=self.problem.steps {
                     let n = self.division.node(node);
@@ -107,7 +107,7 @@ impl Transcription {
     fn path_bounds(&self, index: usize) -> [Option<usize>; 2] {
         let mut narrowest: [Option<(usize, f64)>; 2] = [None; 2];
         for (k, own) in self.problem.conditions.iter().enumerate() {
-            let Quantity::Joint { unknown, start } = own.quantity else { continue };
+            let NodeNumber::Joint { unknown, start } = own.quantity else { continue };
             if unknown.index != index || !is_bound(&own.quantity, own.when) {
                 continue;
             }
@@ -150,9 +150,9 @@ impl Transcription {
         let eta = &multipliers.rows[self.layout.rest.clone()];
         let each = || self.resting.iter().copied().zip(eta.iter().copied());
         Ok(match self.problem.rest {
-            Rest::Free => PriceOfRest::Free,
-            Rest::Unknowns(_) => PriceOfRest::Unknowns(each().collect()),
-            Rest::All => {
+            RestAtEnd::Free => PriceOfRest::Free,
+            RestAtEnd::Unknowns(_) => PriceOfRest::Unknowns(each().collect()),
+            RestAtEnd::All => {
                 let point = self.followed_at(x)?;
                 let columns = &point.nodes[self.division.last()].columns;
                 let (mut y, mut momentum) = (vec![0.0; self.n], vec![0.0; self.n]);
@@ -201,11 +201,11 @@ impl Transcription {
 
     /// The size of the program.
     #[must_use]
-    pub fn size(&self) -> Size {
+    pub fn size(&self) -> PriceSize {
         let bounds = self.bounds().rows;
         let equations = bounds.iter().filter(|[low, high]| low.to_bits() == high.to_bits()).count();
         let of = |k: usize| self.layout.values(k).len();
-        Size {
+        PriceSize {
             unknowns: self.layout.variables,
             values: (0..self.problem.controls.len()).map(of).sum(),
             equations,

@@ -1,10 +1,10 @@
 //! What a motion is asked for: controls, costs, conditions, the time it takes.
 
 use crate::node::NodeQuantity;
-use crate::objective::{self, Judged};
-use crate::terminal_rate::RateError;
+use crate::objective::{self, NumberCost};
+use crate::terminal_rate::TerminalRateError;
 use std::sync::Arc;
-use vi_constraints::Method;
+use vi_constraints::OrderMethod;
 use vi_constraints::setup::SetupError;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::force::Source;
@@ -51,7 +51,7 @@ impl Control {
 
 /// A number of a node.
 #[derive(Clone)]
-pub enum Quantity {
+pub enum NodeNumber {
     /// A joint coordinate of the spanning tree: the unknown it is, and its value at the start, with
     /// its revolutions.
     Joint {
@@ -66,7 +66,7 @@ pub enum Quantity {
     Node(Arc<dyn NodeQuantity>),
 }
 
-impl std::fmt::Debug for Quantity {
+impl std::fmt::Debug for NodeNumber {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Joint { unknown, start } => {
@@ -79,7 +79,7 @@ impl std::fmt::Debug for Quantity {
     }
 }
 
-impl Quantity {
+impl NodeNumber {
     /// A number of the configuration.
     pub fn of(quantity: impl objective::Quantity + 'static) -> Self {
         Self::Configuration(Arc::new(quantity))
@@ -127,7 +127,7 @@ pub struct Condition {
     /// Its name.
     pub name: String,
     /// Of what.
-    pub quantity: Quantity,
+    pub quantity: NodeNumber,
     /// Where.
     pub when: When,
     /// `[min, max]`, infinite where there is none.
@@ -136,7 +136,7 @@ pub struct Condition {
 
 /// What is at rest at the end: momentum zero along these unknowns.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Rest {
+pub enum RestAtEnd {
     /// Nothing is asked for.
     Free,
     /// Everything: `P(q_N)ᵀ p̄_N` is a force of the closures alone.
@@ -170,9 +170,9 @@ pub enum CostKind {
     /// the order of a composition, all others have order 2.
     Number {
         /// `y`.
-        quantity: Quantity,
+        quantity: NodeNumber,
         /// `c`.
-        judged: Judged,
+        judged: NumberCost,
         /// Where it counts.
         when: When,
     },
@@ -213,13 +213,13 @@ impl FinalTime {
 
 /// A problem of optimal control.
 #[derive(Clone, Debug)]
-pub struct Problem {
+pub struct ControlProblem {
     /// `N`.
     pub steps: usize,
     /// `T`.
     pub time: FinalTime,
     /// How the order of the steps is reached.
-    pub method: Method,
+    pub method: OrderMethod,
     /// What acts beside the forces of the model.
     pub controls: Vec<Control>,
     /// What is minimised, the sum of these.
@@ -227,7 +227,7 @@ pub struct Problem {
     /// What has to hold.
     pub conditions: Vec<Condition>,
     /// What has no momentum at the end.
-    pub rest: Rest,
+    pub rest: RestAtEnd,
     /// Largest turn about a joint from a node to the next, rad: beyond about 1 rad two turns have
     /// one momentum.
     pub max_increment: f64,
@@ -367,7 +367,7 @@ pub enum ProblemError {
     Reads(String, &'static str),
     /// A number of a node that has no derivative.
     #[error("{0}")]
-    Rate(#[from] RateError),
+    Rate(#[from] TerminalRateError),
     /// It leads where a joint has no coordinates.
     #[error("the guess turns a joint by more than half a turn in a step, at node {0}")]
     GuessTurns(usize),
@@ -384,7 +384,7 @@ fn check_bounds(name: &str, [min, max]: [f64; 2]) -> Result<(), ProblemError> {
     Ok(())
 }
 
-impl Problem {
+impl ControlProblem {
     /// What is wrong with it by itself.
     ///
     /// # Errors
@@ -419,7 +419,7 @@ impl Problem {
     }
 
     /// The numbers of conditions and costs, with the names of conditions.
-    pub(super) fn numbers(&self) -> impl Iterator<Item = (&str, &Quantity)> {
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (&str, &NodeNumber)> {
         let conditions = self.conditions.iter().map(|own| (own.name.as_str(), &own.quantity));
         let costs = self.costs.iter().filter_map(|cost| match &cost.kind {
             CostKind::Number { quantity, .. } => Some(("objective", quantity)),

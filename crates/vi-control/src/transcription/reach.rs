@@ -11,8 +11,8 @@
 #![allow(non_snake_case)] // C, D, R, Y
 
 use super::Transcription;
-use super::point::Point;
-use super::problem::{Quantity, When};
+use super::point::EvaluatedPoint;
+use super::problem::{NodeNumber, When};
 use crate::program::{Program as _, Undefined};
 use crate::singular_values::SingularValues;
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +23,7 @@ const ZERO: f64 = 1e-9;
 const MISSED: f64 = 1e-6;
 
 /// The rows that end a motion, with what they are wanted to become.
-struct Ends {
+struct EndRows {
     rows: Vec<usize>,
     bounds: Vec<[f64; 2]>,
     /// The size of each slope elsewhere in the motion.
@@ -31,7 +31,7 @@ struct Ends {
 }
 
 /// The Jacobian by blocks: steps by steps, ends by steps, both by the free variables.
-struct Blocks {
+struct ReachBlocks {
     steps: Vec<[DMatrix<f64>; 3]>, // D of rows k, k + 1, k + 2 by the variables of step k
     ends: Vec<DMatrix<f64>>,       // C_x by the variables of step k
     steps_by_free: DMatrix<f64>,
@@ -80,19 +80,19 @@ impl Transcription {
     }
 
     /// Conditions that are no path, and rest.
-    fn ends(&self, point: &Point) -> Ends {
-        let mut ends = Ends { rows: Vec::new(), bounds: Vec::new(), sizes: Vec::new() };
+    fn ends(&self, point: &EvaluatedPoint) -> EndRows {
+        let mut ends = EndRows { rows: Vec::new(), bounds: Vec::new(), sizes: Vec::new() };
         for placed in &self.layout.conditions {
             let own = &self.problem.conditions[placed.condition];
             if own.when == When::Path {
                 continue;
             }
             let slope = |n: usize| match &own.quantity {
-                Quantity::Joint { .. } => 1.0,
-                Quantity::Configuration(own) => {
+                NodeNumber::Joint { .. } => 1.0,
+                NodeNumber::Configuration(own) => {
                     DVector::from_vec(self.number_along(point, n, &**own)).norm()
                 }
-                Quantity::Node(_) => {
+                NodeNumber::Node(_) => {
                     let slopes = self.quantity_slope(point, &own.quantity, n);
                     slopes.iter().map(|(_, slope)| slope * slope).sum::<f64>().sqrt()
                 }
@@ -130,7 +130,7 @@ impl Transcription {
         (self.division.span() * size, self.division.pieces())
     }
 
-    fn blocks(&self, point: &Point, ends: &[usize]) -> Blocks {
+    fn blocks(&self, point: &EvaluatedPoint, ends: &[usize]) -> ReachBlocks {
         let (size, steps) = self.shape();
         let [variables, rows] = self.stages();
         let mut free = vec![None; variables.len()];
@@ -142,7 +142,7 @@ impl Transcription {
             }
         }
         let square = || DMatrix::zeros(size, size);
-        let mut blocks = Blocks {
+        let mut blocks = ReachBlocks {
             steps: (0..steps).map(|_| [square(), square(), square()]).collect(),
             ends: vec![DMatrix::zeros(ends.len(), size); steps],
             steps_by_free: DMatrix::zeros(steps * size, count),
@@ -166,8 +166,8 @@ impl Transcription {
     /// `R`, the sizes of its rows without cancellation, and what the ends become by `−D_x⁻¹ d`.
     fn reduced(
         &self,
-        blocks: &Blocks,
-        ends: &Ends,
+        blocks: &ReachBlocks,
+        ends: &EndRows,
         values: &[f64],
     ) -> Option<(DMatrix<f64>, Vec<f64>, Vec<f64>)> {
         let (size, steps) = self.shape();
@@ -196,7 +196,7 @@ impl Transcription {
 }
 
 /// Groups of equations that change together and are not met together.
-fn together(R: &DMatrix<f64>, r: &[f64], ends: &Ends, equations: &[usize]) -> Vec<Vec<usize>> {
+fn together(R: &DMatrix<f64>, r: &[f64], ends: &EndRows, equations: &[usize]) -> Vec<Vec<usize>> {
     let sizes: Vec<f64> = equations.iter().map(|&k| R.row(k).norm()).collect();
     let scaled =
         DMatrix::from_fn(R.ncols(), equations.len(), |w, e| R[(equations[e], w)] / sizes[e]);

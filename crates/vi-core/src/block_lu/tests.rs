@@ -128,7 +128,7 @@ fn the_order_of_least_fill_takes_fewer_updates_in_a_bed() {
     let b: Vec<f64> = (0..2 * groups).map(|_| sample.number()).collect();
     let diagonal: Vec<f64> = (0..2 * groups).map(|i| dense[(i, i)]).collect();
     let [by_degree, by_fill] = [Order::LeastDegree, Order::LeastFill].map(|order| {
-        let limits = Limits { updates: 1 << 14, largest: f64::INFINITY, order };
+        let limits = FactorLimits { updates: 1 << 14, largest: f64::INFINITY, order };
         let mut lu = BlockLu::with_limits(&sizes, &places, limits).unwrap();
         let of = places.iter().zip(&blocks).map(|(place, own)| (*place, &own[..]));
         lu.factorize(&diagonal, of).unwrap();

@@ -1,7 +1,7 @@
 //! `I + Lᵀ B L` in blocks of the columns of `L` that occur in the same laws, and its factors.
 #![allow(non_snake_case)] // L
 
-use crate::block_lu::{BlockLu, Limits, Order, SIZE};
+use crate::block_lu::{BlockLu, FactorLimits, Order, SIZE};
 use crate::linear::{Singular, dot};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,7 +10,7 @@ use std::ops::Range;
 const UPDATES: usize = 1 << 14;
 
 /// A column of `L` in the rows of a law.
-pub(super) type Column = (usize, [f64; 3]);
+pub(super) type FactorColumn = (usize, [f64; 3]);
 
 /// The matrix and its factors by blocks. With symmetric `B ≥ 0` it is positive definite, and every
 /// order of elimination is stable; else the methods that use it look at their residuals.
@@ -34,7 +34,7 @@ impl BlockMatrix {
     pub(super) fn divide<'a>(
         &mut self,
         r: usize,
-        laws: impl Iterator<Item = &'a [Column]> + Clone,
+        laws: impl Iterator<Item = &'a [FactorColumn]> + Clone,
     ) {
         let mut begins = vec![false; r + 1];
         (begins[0], begins[r]) = (true, true);
@@ -58,7 +58,11 @@ impl BlockMatrix {
     }
 
     /// Takes the pattern over of those laws whose blocks [`BlockMatrix::factorize`] adds.
-    pub(super) fn analyse<'a>(&mut self, laws: impl Iterator<Item = &'a [Column]>, order: Order) {
+    pub(super) fn analyse<'a>(
+        &mut self,
+        laws: impl Iterator<Item = &'a [FactorColumn]>,
+        order: Order,
+    ) {
         let sizes: Vec<usize> = self.columns.iter().map(ExactSizeIterator::len).collect();
         let mut known: BTreeMap<[usize; 2], usize> = BTreeMap::new();
         self.places.clear();
@@ -85,7 +89,7 @@ impl BlockMatrix {
         for (start, size) in self.starts.iter().zip(&sizes) {
             self.diagonals.extend((0..*size).map(|i| start + i * (size + 1)));
         }
-        let limits = Limits { updates: UPDATES, largest: f64::INFINITY, order };
+        let limits = FactorLimits { updates: UPDATES, largest: f64::INFINITY, order };
         self.lu = BlockLu::with_limits(&sizes, &self.places, limits);
     }
 
@@ -106,7 +110,7 @@ impl BlockMatrix {
     /// [`Singular`].
     pub(super) fn factorize<'a>(
         &mut self,
-        laws: impl Iterator<Item = (&'a [Column], &'a [[f64; 3]; 3])>,
+        laws: impl Iterator<Item = (&'a [FactorColumn], &'a [[f64; 3]; 3])>,
     ) -> Result<(), Singular> {
         let Self { columns, group, places, values, starts, diagonals, diagonal, .. } = self;
         values.fill(0.0);
@@ -148,7 +152,10 @@ impl BlockMatrix {
 }
 
 /// Columns of a law in the same block: ranges among them.
-fn runs<'a>(group: &'a [usize], own: &'a [Column]) -> impl Iterator<Item = Range<usize>> + 'a {
+fn runs<'a>(
+    group: &'a [usize],
+    own: &'a [FactorColumn],
+) -> impl Iterator<Item = Range<usize>> + 'a {
     let mut first = 0;
     std::iter::from_fn(move || {
         let block = group[own.get(first)?.0];

@@ -20,7 +20,7 @@
 //! V. Acary, F. Cadoux, C. Lemaréchal, J. Malick, ZAMM 91 (2011) 155–175.
 #![allow(non_snake_case)] // W, L, F, B
 
-use super::factored::{Factored, Scaled};
+use super::factored::{Factored, ScaledDelassus};
 use super::primal_dual::PrimalDual;
 use super::problem::Cone;
 use super::{ConeFault, SparseRows};
@@ -150,10 +150,12 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, rho): (&[f64], f64),
-        (given, lambda): (&[f64], &mut [f64]),
+        w: &[f64],
+        rho: f64,
+        given: &[f64],
+        lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
-        self.load((cones, L), (w, rho), given, lambda)?;
+        self.load(cones, L, w, rho, given, lambda)?;
         let mut report = ConvexReport { left: 0.0, rounds: 1, steps: 0, follows: true };
         let residual = self.round(rho, &mut report);
         self.hand_over(residual, lambda, report)
@@ -171,30 +173,31 @@ impl ConvexSolver {
         &mut self,
         cones: &[Cone],
         L: SparseRows<'_>,
-        (w, Repeated { first, within, enough, afresh, central }): (&[f64], Repeated),
+        w: &[f64],
+        Repeated { first, within, enough, afresh, central }: Repeated,
         lambda: &mut [f64],
     ) -> Result<ConvexReport, ConeFault> {
-        self.load((cones, L), (w, first + within), lambda, lambda)?;
+        self.load(cones, L, w, first + within, lambda, lambda)?;
         let mut report = ConvexReport { left: f64::INFINITY, rounds: 0, steps: 0, follows: true };
         let (mut rho, mut idle) = (first, 0);
         let (mut begun, mut least, mut may_centre) = (0, f64::INFINITY, afresh);
-        if self.holds((rho, within), &mut report) {
+        if self.holds(rho, within, &mut report) {
             return self.hand_over(0.0, lambda, report);
         }
         let violated = if central { self.violated() } else { 0.0 };
         let is_far = violated > CLOSE * norm_inf(&self.method.c);
-        let is_led = is_far && self.centre_near((within, violated), &mut report) <= NEAR;
-        if is_far && self.holds((rho, within), &mut report) {
+        let is_led = is_far && self.centre_near(within, violated, &mut report) <= NEAR;
+        if is_far && self.holds(rho, within, &mut report) {
             return self.hand_over(0.0, lambda, report);
         }
         if is_led {
             rho = CENTRAL;
-        } else if afresh && !is_far && self.couple((rho, FIRST_STALLED), &mut report).is_some() {
+        } else if afresh && !is_far && self.couple(rho, FIRST_STALLED, &mut report).is_some() {
             self.impulse.copy_from_slice(&self.best); // a step leads on at once
         } else if afresh {
             may_centre = false;
             let is_near = self.centre(&mut report) <= NEAR;
-            if self.holds((rho, within), &mut report) {
+            if self.holds(rho, within, &mut report) {
                 return self.hand_over(0.0, lambda, report);
             }
             if !is_near {
@@ -244,8 +247,10 @@ impl ConvexSolver {
     /// Takes the problem over.
     fn load(
         &mut self,
-        (cones, L): (&[Cone], SparseRows<'_>),
-        (w, number): (&[f64], f64),
+        cones: &[Cone],
+        L: SparseRows<'_>,
+        w: &[f64],
+        number: f64,
         given: &[f64],
         lambda: &[f64],
     ) -> Result<(), ConeFault> {
@@ -274,7 +279,7 @@ impl ConvexSolver {
     fn round(&mut self, rho: f64, report: &mut ConvexReport) -> f64 {
         self.start.copy_from_slice(&self.impulse);
         if report.follows
-            && let Some(residual) = self.couple((rho, COUPLED_STALLED), report)
+            && let Some(residual) = self.couple(rho, COUPLED_STALLED, report)
         {
             self.measure(rho, report);
             return residual;
@@ -286,7 +291,7 @@ impl ConvexSolver {
         report.steps += steps;
         self.measure(rho, report);
         self.impulse.copy_from_slice(&self.best);
-        let coupled = self.couple((rho, COUPLED_STALLED), report);
+        let coupled = self.couple(rho, COUPLED_STALLED, report);
         report.follows = coupled.is_some();
         if report.follows {
             self.measure(rho, report);
@@ -298,7 +303,7 @@ impl ConvexSolver {
     fn centre(&mut self, report: &mut ConvexReport) -> f64 {
         self.laws.scale(&mut self.method, &mut self.T);
         let (method, mut laws) = self.interior();
-        let (steps, left) = method.solve(&mut laws, (NEARLY, PATIENCE));
+        let (steps, left) = method.solve(&mut laws, NEARLY, PATIENCE);
         report.steps += steps;
         self.take_centre();
         left
@@ -307,7 +312,7 @@ impl ConvexSolver {
     /// The same from next to `given`, until velocities violate the laws by less than `within`; not
     /// far from them the path begins at the square of what is violated: contacts as far from both
     /// of their states are in between.
-    fn centre_near(&mut self, (within, violated): (f64, f64), report: &mut ConvexReport) -> f64 {
+    fn centre_near(&mut self, within: f64, violated: f64, report: &mut ConvexReport) -> f64 {
         let Self { laws, method, T, given, .. } = self;
         let size = norm_inf(&method.c).max(f64::MIN_POSITIVE);
         let unit = laws.units.iter().copied().fold(f64::INFINITY, f64::min);
@@ -317,7 +322,7 @@ impl ConvexSolver {
         let x = of.map(|(own, t)| if *t > 0.0 { own / (t * size) } else { 0.0 });
         method.x.iter_mut().zip(x).for_each(|(x, own)| *x = own);
         let (method, mut laws) = self.interior();
-        let (steps, left) = method.solve_near(&mut laws, mu, (target, PATIENCE_NEAR));
+        let (steps, left) = method.solve_near(&mut laws, mu, target, PATIENCE_NEAR);
         report.steps += steps;
         self.take_centre();
         left
@@ -328,14 +333,14 @@ impl ConvexSolver {
     fn violated(&mut self) -> f64 {
         let Self { laws, method, T, given, nearest, y, .. } = self;
         laws.scale(method, T);
-        laws.project(given, (y, 1.0), nearest);
+        laws.project(given, y, 1.0, nearest);
         given.iter().zip(&*nearest).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
     }
 
     /// The interior point method and the laws for it.
-    fn interior(&mut self) -> (&mut PrimalDual, Scaled<'_>) {
+    fn interior(&mut self) -> (&mut PrimalDual, ScaledDelassus<'_>) {
         let Self { laws, method, T, inverses, matrices, blocks, F, u, left, moved, .. } = self;
-        (method, Scaled { laws, T, inverses, matrices, blocks, F, u, left, refined: moved })
+        (method, ScaledDelassus { laws, T, inverses, matrices, blocks, F, u, left, refined: moved })
     }
 
     /// `given`, and where to begin: the impulses of the interior point method.
@@ -354,12 +359,12 @@ impl ConvexSolver {
 
     /// Whether no velocity violates a law by more than `within` at the impulses that are given,
     /// which are the best ones then.
-    fn holds(&mut self, (rho, within): (f64, f64), report: &mut ConvexReport) -> bool {
+    fn holds(&mut self, rho: f64, within: f64, report: &mut ConvexReport) -> bool {
         let Self { laws, best, given, nearest, u, y, .. } = self;
         laws.velocity(given, u, y);
         laws.take_speeds(y);
-        laws.project(given, (y, rho), nearest);
-        let left = laws.left((nearest, given), (y, rho));
+        laws.project(given, y, rho, nearest);
+        let left = laws.left(nearest, given, y, rho);
         let holds = left <= within;
         if holds {
             report.left = left;
@@ -372,7 +377,7 @@ impl ConvexSolver {
     fn measure(&mut self, rho: f64, report: &mut ConvexReport) {
         let Self { laws, best, given, u, y, .. } = self;
         laws.velocity(best, u, y);
-        report.left = laws.left((best, given), (y, rho));
+        report.left = laws.left(best, given, y, rho);
     }
 
     fn hand_over(
@@ -398,7 +403,7 @@ impl ConvexSolver {
         if coupled {
             laws.take_speeds(y);
         }
-        laws.project(given, (y, rho), nearest);
+        laws.project(given, y, rho, nearest);
         let own = F.iter_mut().zip(&*nearest).zip(&*impulse);
         own.for_each(|((out, nearest), impulse)| *out = nearest - impulse);
         let size = norm_inf(nearest).max(norm_inf(impulse)).max(rho * norm_inf(&laws.w));
@@ -429,7 +434,7 @@ impl ConvexSolver {
 
     /// Newton's method with the speeds of slip among the unknowns, from the present impulses:
     /// the residual where it leads to a solution, which is `best` then.
-    fn couple(&mut self, (rho, most): (f64, usize), report: &mut ConvexReport) -> Option<f64> {
+    fn couple(&mut self, rho: f64, most: usize, report: &mut ConvexReport) -> Option<f64> {
         let mut now = self.evaluate(rho, true);
         let (mut least, mut stalled, mut steps) = (f64::INFINITY, 0, 0);
         loop {
@@ -467,7 +472,7 @@ impl ConvexSolver {
     /// `step ← δΛ` at the last evaluation, where there is one.
     fn find_step(&mut self, rho: f64, coupled: bool) -> bool {
         let Self { laws, given, y, u, F, step, blocks, .. } = self;
-        laws.slopes(given, (y, rho, coupled), blocks);
+        laws.slopes(given, y, rho, coupled, blocks);
         laws.gather(F, u);
         laws.factorize(blocks, 0.0);
         laws.solve(u);
@@ -482,7 +487,7 @@ impl ConvexSolver {
         laws.apply(step, u, y_step);
         let mut slope = |part: f64| {
             (0..k).for_each(|i| moved[i] = y[i] + part * y_step[i]);
-            laws.project(given, (moved, rho), nearest);
+            laws.project(given, moved, rho, nearest);
             let error = |i: usize| impulse[i] + part * step[i] - nearest[i];
             (0..k).map(|i| y_step[i] * error(i)).sum::<f64>()
         };

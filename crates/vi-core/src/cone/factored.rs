@@ -2,9 +2,9 @@
 //! one, and as laws of the interior point method.
 #![allow(non_snake_case)] // L, T, F
 
-use super::block_matrix::{BlockMatrix, Column};
-use super::primal_dual::{Barrier, Coupling, Own, Part, PrimalDual};
-use super::problem::{Cone, Placed};
+use super::block_matrix::{BlockMatrix, FactorColumn};
+use super::primal_dual::{Barrier, CoupledFactors, LawInVector, Own, PrimalDual};
+use super::problem::{Cone, PlacedLaw};
 use super::residual::{LawSlope, violation};
 use super::sparse_rows::SparseRows;
 use crate::block_lu::Order;
@@ -24,11 +24,11 @@ const ENOUGH: f64 = 1e-6;
 /// The laws, `L` and `w`.
 #[derive(Debug, Default)]
 pub(super) struct Factored {
-    cones: Vec<Placed>,
+    cones: Vec<PlacedLaw>,
     follows: Vec<bool>, // cones  Coulomb's law: the speed of slip is that of the velocities
-    columns: Vec<Column>, // of each cone
+    columns: Vec<FactorColumn>, // of each cone
     column_ends: Vec<usize>, // cones
-    columns_before: Vec<Column>, // of the last problem
+    columns_before: Vec<FactorColumn>, // of the last problem
     column_ends_before: Vec<usize>,
     pub units: Vec<f64>, // k
     pub w: Vec<f64>,     // k
@@ -57,7 +57,7 @@ impl Factored {
             for l in 0..cone.rows() {
                 for (place, value) in L.row(row + l) {
                     let known =
-                        columns[first..].iter_mut().find(|own: &&mut Column| own.0 == place);
+                        columns[first..].iter_mut().find(|own: &&mut FactorColumn| own.0 == place);
                     if let Some((_, entries)) = known {
                         entries[l] = value;
                     } else {
@@ -77,7 +77,7 @@ impl Factored {
                 Cone::Friction { coefficient } => (Cone::Convex { coefficient, speed: 0.0 }, true),
                 cone => (cone.in_units(unit), false),
             };
-            self.cones.push(Placed { cone, row });
+            self.cones.push(PlacedLaw { cone, row });
             self.follows.push(follows);
             column_ends.push(columns.len());
             first = columns.len();
@@ -134,14 +134,14 @@ impl Factored {
     }
 
     /// Columns of `L` in the rows of a cone.
-    fn of_cone(&self, k: usize) -> &[Column] {
+    fn of_cone(&self, k: usize) -> &[FactorColumn] {
         of_cone(&self.columns, &self.column_ends, k)
     }
 
     /// `u ← Lᵀ Λ`.
     pub(super) fn gather(&self, impulse: &[f64], u: &mut [f64]) {
         u.fill(0.0);
-        for (k, &Placed { cone, row }) in self.cones.iter().enumerate() {
+        for (k, &PlacedLaw { cone, row }) in self.cones.iter().enumerate() {
             let own = &impulse[row..row + cone.rows()];
             for (place, entries) in self.of_cone(k) {
                 u[*place] += entries.iter().zip(own).map(|(entry, own)| entry * own).sum::<f64>();
@@ -161,7 +161,7 @@ impl Factored {
     /// `out ← WΛ`, `u ← Lᵀ Λ`.
     pub(super) fn apply(&self, impulse: &[f64], u: &mut [f64], out: &mut [f64]) {
         self.gather(impulse, u);
-        for (k, &Placed { cone, row }) in self.cones.iter().enumerate() {
+        for (k, &PlacedLaw { cone, row }) in self.cones.iter().enumerate() {
             let rows = self.spread(k, u);
             out[row..row + cone.rows()].copy_from_slice(&rows[..cone.rows()]);
         }
@@ -175,7 +175,7 @@ impl Factored {
 
     /// `s = μ|y_T|` of those laws that are Coulomb's.
     pub(super) fn take_speeds(&mut self, y: &[f64]) {
-        for (Placed { cone, row }, _) in
+        for (PlacedLaw { cone, row }, _) in
             self.cones.iter_mut().zip(&self.follows).filter(|own| *own.1)
         {
             if let Cone::Convex { coefficient, speed } = cone {
@@ -185,11 +185,11 @@ impl Factored {
     }
 
     /// `Π(x)`, `x = Λ_0 − ρ (y + s e_N)`.
-    pub(super) fn project(&self, given: &[f64], (y, rho): (&[f64], f64), out: &mut [f64]) {
-        for &Placed { cone, row } in &self.cones {
+    pub(super) fn project(&self, given: &[f64], y: &[f64], rho: f64, out: &mut [f64]) {
+        for &PlacedLaw { cone, row } in &self.cones {
             let own = row..row + cone.rows();
             let (given, out) = (&given[own.clone()], &mut out[own.clone()]);
-            violation(cone, (&y[own], given), rho, out);
+            violation(cone, &y[own], given, rho, out);
             out.iter_mut().zip(given).for_each(|(out, given)| *out = given - *out);
         }
     }
@@ -198,13 +198,15 @@ impl Factored {
     pub(super) fn slopes(
         &self,
         given: &[f64],
-        (y, rho, coupled): (&[f64], f64, bool),
+        y: &[f64],
+        rho: f64,
+        coupled: bool,
         out: &mut Vec<[[f64; 3]; 3]>,
     ) {
         out.clear();
-        for (&Placed { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
+        for (&PlacedLaw { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
             let own = row..row + cone.rows();
-            let slope = LawSlope::at(cone, (&y[own.clone()], &given[own.clone()]), rho);
+            let slope = LawSlope::at(cone, &y[own.clone()], &given[own.clone()], rho);
             let mut block = [[0.0; 3]; 3];
             for l in 0..own.len() {
                 let unit = std::array::from_fn(|i| f64::from(u8::from(i == l)));
@@ -247,7 +249,7 @@ impl Factored {
         method.parts.clear();
         T.clear();
         T.resize(self.w.len(), 0.0);
-        for (&Placed { cone, row }, &follows) in self.cones.iter().zip(&self.follows) {
+        for (&PlacedLaw { cone, row }, &follows) in self.cones.iter().zip(&self.follows) {
             T[row] = 1.0;
             let (own, s) = match cone {
                 Cone::Convex { coefficient, speed } if coefficient > 0.0 => {
@@ -261,7 +263,12 @@ impl Factored {
                 }
                 _ => (Own::Ray, 0.0),
             };
-            method.parts.push(Part { own, place: row, follows: follows && own == Own::Disc, s });
+            method.parts.push(LawInVector {
+                own,
+                place: row,
+                follows: follows && own == Own::Disc,
+                s,
+            });
         }
         method.begin(self.w.len());
         let of = self.w.iter().zip(&*T);
@@ -270,7 +277,7 @@ impl Factored {
 
     /// `step ← F − B L u`.
     pub(super) fn step(&self, F: &[f64], blocks: &[[[f64; 3]; 3]], u: &[f64], step: &mut [f64]) {
-        for (k, (&Placed { cone, row }, block)) in self.cones.iter().zip(blocks).enumerate() {
+        for (k, (&PlacedLaw { cone, row }, block)) in self.cones.iter().zip(blocks).enumerate() {
             let change = self.spread(k, u);
             for i in 0..cone.rows() {
                 let change: f64 = block[i].iter().zip(&change).map(|(b, own)| b * own).sum();
@@ -281,9 +288,9 @@ impl Factored {
 
     /// By what velocity a law is violated at most, in the units of the velocities: by impulses that
     /// differ by this much from those that are given, and by the speed of slip.
-    pub(super) fn left(&self, (own, given): (&[f64], &[f64]), (y, rho): (&[f64], f64)) -> f64 {
+    pub(super) fn left(&self, own: &[f64], given: &[f64], y: &[f64], rho: f64) -> f64 {
         let mut most = 0.0_f64;
-        for (&Placed { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
+        for (&PlacedLaw { cone, row }, follows) in self.cones.iter().zip(&self.follows) {
             let rows = row..row + cone.rows();
             let mut left = rows.map(|i| (own[i] - given[i]).abs() / rho).fold(0.0, f64::max);
             if let (Cone::Convex { coefficient, speed }, true) = (cone, *follows) {
@@ -297,7 +304,7 @@ impl Factored {
 }
 
 /// `A = T W T` of the interior point method: `Λ = T x` row by row.
-pub(super) struct Scaled<'a> {
+pub(super) struct ScaledDelassus<'a> {
     pub laws: &'a mut Factored,
     pub T: &'a [f64],                        // k  zero in rows that no law takes
     pub inverses: &'a mut Vec<Matrix3<f64>>, // cones  V² M⁻¹
@@ -309,7 +316,7 @@ pub(super) struct Scaled<'a> {
     pub u: &'a mut [f64],                    // r
 }
 
-impl Coupling for Scaled<'_> {
+impl CoupledFactors for ScaledDelassus<'_> {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         let Self { laws, T, F, u, .. } = self;
         F.iter_mut().zip(x).zip(*T).for_each(|((own, x), t)| *own = t * x);
@@ -317,7 +324,7 @@ impl Coupling for Scaled<'_> {
         out.iter_mut().zip(*T).for_each(|(out, t)| *out *= t);
     }
 
-    fn factorize(&mut self, _: &[Part], barriers: &[Barrier]) {
+    fn factorize(&mut self, _: &[LawInVector], barriers: &[Barrier]) {
         let Self { laws, T, inverses, matrices, blocks, .. } = self;
         inverses.clear();
         inverses.extend(barriers.iter().map(Barrier::inverse));
@@ -351,7 +358,7 @@ impl Coupling for Scaled<'_> {
     }
 }
 
-impl Scaled<'_> {
+impl ScaledDelassus<'_> {
     /// Solves for what `b` leaves of the right side; how large that was, in part of this.
     fn correct(&mut self, b: &mut [f64]) -> f64 {
         let mut refined = std::mem::take(&mut self.refined);
@@ -391,7 +398,7 @@ fn of_rows(b: &[f64], rows: std::ops::Range<usize>) -> Vector3<f64> {
 }
 
 /// Columns in the rows of a cone.
-fn of_cone<'a>(columns: &'a [Column], ends: &[usize], k: usize) -> &'a [Column] {
+fn of_cone<'a>(columns: &'a [FactorColumn], ends: &[usize], k: usize) -> &'a [FactorColumn] {
     let from = k.checked_sub(1).map_or(0, |before| ends[before]);
     &columns[from..ends[k]]
 }

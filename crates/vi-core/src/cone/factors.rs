@@ -4,18 +4,18 @@ use crate::dense;
 use nalgebra::DMatrix;
 
 #[derive(Clone, Debug)]
-pub(super) struct Factors {
+pub(super) struct ConeFactors {
     matrix: DMatrix<f64>, // m × m
     pivots: Vec<usize>,   // m
 }
 
-impl Default for Factors {
+impl Default for ConeFactors {
     fn default() -> Self {
         Self { matrix: DMatrix::zeros(0, 0), pivots: Vec::new() }
     }
 }
 
-impl Factors {
+impl ConeFactors {
     /// The matrix to factorize, `m × m`, to be filled.
     pub(super) fn matrix_mut(&mut self, m: usize) -> &mut DMatrix<f64> {
         if self.matrix.nrows() != m {

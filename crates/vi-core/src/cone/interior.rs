@@ -10,8 +10,8 @@
 #![allow(non_snake_case)] // A, T
 
 use super::operator::Operator;
-use super::primal_dual::{Own, Part, PrimalDual};
-use super::problem::{Cone, Placed, Problem};
+use super::primal_dual::{LawInVector, Own, PrimalDual};
+use super::problem::{Cone, ConeProblem, PlacedLaw};
 use super::residual::norm;
 use crate::linear::dot;
 use nalgebra::Vector3;
@@ -44,7 +44,7 @@ pub(super) struct Interior {
 
 impl Interior {
     /// Begins with `s = 0`.
-    pub(super) fn begin(&mut self, problem: &Problem) {
+    pub(super) fn begin(&mut self, problem: &ConeProblem) {
         let k = problem.w.len();
         let Self { method, images, places, A, impulse } = self;
         method.parts.clear();
@@ -52,7 +52,7 @@ impl Interior {
         places.clear();
         places.resize(k, (NONE, 0.0));
         let mut m = 0;
-        for &Placed { cone, row } in &problem.cones {
+        for &PlacedLaw { cone, row } in &problem.cones {
             let one = Vector3::new(1.0, 0.0, 0.0);
             let (own, map) = match cone {
                 Cone::Normal => (Own::Ray, one),
@@ -69,7 +69,7 @@ impl Interior {
             for i in (0..3).filter(|i| map[*i] != 0.0) {
                 places[row + i] = (m + if own == Own::Disc { i } else { 0 }, map[i]);
             }
-            let part = Part { own, place: m, follows: false, s: 0.0 };
+            let part = LawInVector { own, place: m, follows: false, s: 0.0 };
             m += part.size();
             method.parts.push(part);
             images.push(Image { row, map });
@@ -91,8 +91,8 @@ impl Interior {
     }
 
     /// Solves the program with the present `s`, then takes `part` of the way to the next `s`.
-    pub(super) fn advance(&mut self, problem: &Problem, part: f64) -> &[f64] {
-        self.method.solve(&mut self.A, (TARGET, PATIENCE));
+    pub(super) fn advance(&mut self, problem: &ConeProblem, part: f64) -> &[f64] {
+        self.method.solve(&mut self.A, TARGET, PATIENCE);
         self.spread(self.method.size);
         let Self { method, images, impulse, .. } = self;
         for (own, Image { row, map }) in method.parts.iter_mut().zip(&*images) {
@@ -121,7 +121,7 @@ impl Interior {
 
     /// Impulses that grow without bound change no velocity and oppose the approach: the cone with
     /// the largest of them, and their direction, the largest one 1.
-    pub(super) fn wedged(&mut self, problem: &Problem) -> Option<(usize, &[f64])> {
+    pub(super) fn wedged(&mut self, problem: &ConeProblem) -> Option<(usize, &[f64])> {
         let Self { A, method: PrimalDual { parts, x, .. }, .. } = self;
         for part in parts.iter().filter(|part| matches!(part.own, Own::Interval(_))) {
             x[part.place] = 0.0;
@@ -129,8 +129,8 @@ impl Interior {
         A.resolve(STILL, x); // what A changes is gone beside the rest
         self.spread(1.0);
         let Self { impulse, .. } = self;
-        let normal = |placed: &&Placed| !matches!(placed.cone, Cone::Bounded { .. });
-        let size = |cone: &Placed| impulse[cone.row];
+        let normal = |placed: &&PlacedLaw| !matches!(placed.cone, Cone::Bounded { .. });
+        let size = |cone: &PlacedLaw| impulse[cone.row];
         let largest = problem.cones.iter().filter(normal).map(size).fold(0.0, f64::max);
         let cone = problem.cones.iter().position(|cone| normal(&cone) && size(cone) >= largest)?;
         impulse.iter_mut().for_each(|own| *own /= largest);
@@ -139,7 +139,7 @@ impl Interior {
         let moved = speeds.fold(0.0, |moved: f64, speed| moved.max(speed.abs()));
         let size = problem.w.iter().map(|w| w.abs()).sum::<f64>();
         // friction that holds a jam opens with `s`: normal impulses alone wedge
-        let across = |own: &Placed| {
+        let across = |own: &PlacedLaw| {
             own.cone.rows() == 3 && norm([impulse[own.row + 1], impulse[own.row + 2]]) > STILL
         };
         let jams = problem.cones.iter().any(across);

@@ -13,19 +13,19 @@ use nalgebra::DMatrix;
 pub(super) const RANK: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
-pub(super) struct LeastNorm {
+pub(super) struct ConeLeastNorm {
     left: PivotedQr,  // k × k
     right: PivotedQr, // k × rank
     image: Vec<f64>,  // k
 }
 
-impl Default for LeastNorm {
+impl Default for ConeLeastNorm {
     fn default() -> Self {
         Self { left: PivotedQr::new(0, 0), right: PivotedQr::new(0, 0), image: Vec::new() }
     }
 }
 
-impl LeastNorm {
+impl ConeLeastNorm {
     /// The matrix to solve with, `k × k`, to be filled; memory grows only.
     pub(super) fn matrix_mut(&mut self, k: usize) -> &mut DMatrix<f64> {
         self.left.resize(k, k);

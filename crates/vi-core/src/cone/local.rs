@@ -30,7 +30,9 @@ const LARGE: f64 = 1e6;
 /// `error`: to which `c` is known.
 pub(super) fn law(
     cone: Cone,
-    (A, c, error): (&Matrix3<f64>, &Vector3<f64>, f64),
+    A: &Matrix3<f64>,
+    c: &Vector3<f64>,
+    error: f64,
     part: f64,
     now: &Vector3<f64>,
 ) -> Vector3<f64> {
@@ -38,12 +40,12 @@ pub(super) fn law(
     match cone {
         Cone::Normal => one(unilateral(A[(0, 0)], c[0])),
         Cone::Bounded { bound } => one(bounded(A[(0, 0)], c[0], bound, now[0])),
-        Cone::Friction { coefficient } => friction(A, (c, error), part * coefficient, now),
+        Cone::Friction { coefficient } => friction(A, c, error, part * coefficient, now),
         Cone::Convex { coefficient, speed } => {
             let c = Vector3::new(c[0] + speed, c[1], c[2]);
             projected(A, &c, part * coefficient, now)
         }
-        Cone::Sliding { direction, slope, at } => slide(A, c, (direction, slope, at), now),
+        Cone::Sliding { direction, slope, at } => slide(A, c, direction, slope, at, now),
     }
 }
 
@@ -59,7 +61,9 @@ fn projected(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) ->
 fn slide(
     A: &Matrix3<f64>,
     c: &Vector3<f64>,
-    (direction, slope, at): ([f64; 2], [[f64; 2]; 2], [f64; 2]),
+    direction: [f64; 2],
+    slope: [[f64; 2]; 2],
+    at: [f64; 2],
     now: &Vector3<f64>,
 ) -> Vector3<f64> {
     if c[0] >= 0.0 {
@@ -114,7 +118,8 @@ fn bounded(a: f64, c: f64, bound: f64, now: f64) -> f64 {
 /// `now`. Where no state holds (`μ` beyond the existence of one), a step of projected iteration.
 fn friction(
     A: &Matrix3<f64>,
-    (c, error): (&Vector3<f64>, f64),
+    c: &Vector3<f64>,
+    error: f64,
     mu: f64,
     now: &Vector3<f64>,
 ) -> Vector3<f64> {
@@ -126,9 +131,9 @@ fn friction(
         Some(factor) => Some(factor.solve(&-c)).filter(|lambda| holds(lambda, mu)).or_else(slips),
         None => {
             let is_moderate = |own: &Vector3<f64>| own.amax() * A.trace() <= LARGE * c.amax();
-            jam(A, (c, error), mu, now)
+            jam(A, c, error, mu, now)
                 .or_else(|| slips().filter(is_moderate))
-                .or_else(|| jam(A, (c, NEARLY * c.amax()), mu, now))
+                .or_else(|| jam(A, c, NEARLY * c.amax(), mu, now))
         }
     };
     found.unwrap_or_else(|| {
@@ -159,7 +164,8 @@ fn holds(lambda: &Vector3<f64>, mu: f64) -> bool {
 /// no velocity, just into it.
 fn jam(
     A: &Matrix3<f64>,
-    (c, error): (&Vector3<f64>, f64),
+    c: &Vector3<f64>,
+    error: f64,
     mu: f64,
     now: &Vector3<f64>,
 ) -> Option<Vector3<f64>> {
@@ -272,7 +278,7 @@ fn slip(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Opti
     for k in 1..=16 {
         let (e_next, value_next) = (direction(k), across(direction(k)));
         if value == 0.0 || value * value_next < 0.0 {
-            let root = zero(&across, (e, value), (e_next, value_next));
+            let root = zero(&across, e, value, e_next, value_next);
             if let Some(lambda) = slipping(A, c, mu, root) {
                 let distance = (lambda - now).norm();
                 if best.is_none_or(|(least, _)| distance < least) {
@@ -288,8 +294,10 @@ fn slip(A: &Matrix3<f64>, c: &Vector3<f64>, mu: f64, now: &Vector3<f64>) -> Opti
 /// The direction between two in which `f` changes its sign, by the Illinois method.
 fn zero(
     f: &impl Fn([f64; 2]) -> f64,
-    (mut a, mut f_a): ([f64; 2], f64),
-    (mut b, mut f_b): ([f64; 2], f64),
+    mut a: [f64; 2],
+    mut f_a: f64,
+    mut b: [f64; 2],
+    mut f_b: f64,
 ) -> [f64; 2] {
     if f_a == 0.0 {
         return a;

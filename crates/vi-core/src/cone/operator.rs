@@ -1,8 +1,8 @@
 //! `A` of a convex program as a full matrix.
 #![allow(non_snake_case)] // A
 
-use super::factors::Factors;
-use super::primal_dual::{Barrier, Coupling, Part};
+use super::factors::ConeFactors;
+use super::primal_dual::{Barrier, CoupledFactors, LawInVector};
 use crate::linear::dot;
 
 /// Writes entries by a sink.
@@ -13,7 +13,7 @@ type Emit<'a> = &'a mut dyn FnMut(&mut dyn FnMut(usize, usize, f64));
 pub(super) struct Operator {
     A: Vec<f64>, // m × m
     m: usize,
-    factors: Factors,
+    factors: ConeFactors,
 }
 
 impl Operator {
@@ -45,13 +45,13 @@ impl Operator {
     }
 }
 
-impl Coupling for Operator {
+impl CoupledFactors for Operator {
     fn multiply(&mut self, x: &[f64], out: &mut [f64]) {
         let rows = self.A.chunks_exact(self.m.max(1));
         out.iter_mut().zip(rows).for_each(|(out, row)| *out = dot(row, x));
     }
 
-    fn factorize(&mut self, parts: &[Part], barriers: &[Barrier]) {
+    fn factorize(&mut self, parts: &[LawInVector], barriers: &[Barrier]) {
         self.begin();
         for (part, barrier) in parts.iter().zip(barriers) {
             let own = barrier.matrix();

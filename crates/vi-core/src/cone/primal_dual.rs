@@ -45,14 +45,14 @@ pub(super) enum Own {
 
 /// A law and its first place in `x`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
+pub(super) struct LawInVector {
     pub own: Own,
     pub place: usize,
     pub follows: bool, // the slip, of a disc
     pub s: f64,        // else
 }
 
-impl Part {
+impl LawInVector {
     pub(super) fn size(&self) -> usize {
         if self.own == Own::Disc { 3 } else { 1 }
     }
@@ -103,11 +103,11 @@ fn first(own: f64) -> Matrix3<f64> {
 }
 
 /// `A`, and the factors of it with what the laws add.
-pub(super) trait Coupling {
+pub(super) trait CoupledFactors {
     /// `out ← A x`.
     fn multiply(&mut self, x: &[f64], out: &mut [f64]);
     /// The factors of `A + M V⁻²`.
-    fn factorize(&mut self, parts: &[Part], barriers: &[Barrier]);
+    fn factorize(&mut self, parts: &[LawInVector], barriers: &[Barrier]);
     /// `b ← (A + M V⁻²)⁻¹ b`, not finite of a singular matrix.
     fn solve(&mut self, b: &mut [f64]);
 }
@@ -115,7 +115,7 @@ pub(super) trait Coupling {
 /// The method with its memory.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PrimalDual {
-    pub parts: Vec<Part>,
+    pub parts: Vec<LawInVector>,
     pub c: Vec<f64>,          // m
     pub x: Vec<f64>,          // m  over `size`
     pub size: f64,            // of the largest c
@@ -148,8 +148,9 @@ impl PrimalDual {
     /// `y = z_l − z_u`.
     pub(super) fn solve(
         &mut self,
-        A: &mut impl Coupling,
-        (target, patience): (f64, usize),
+        A: &mut impl CoupledFactors,
+        target: f64,
+        patience: usize,
     ) -> (usize, f64) {
         self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
         for part in &self.parts {
@@ -167,15 +168,16 @@ impl PrimalDual {
                 }
             }
         }
-        self.go_on(A, (target, patience))
+        self.go_on(A, target, patience)
     }
 
     /// The same from the central path next to `x`, which is given over `size`, at `mu`.
     pub(super) fn solve_near(
         &mut self,
-        A: &mut impl Coupling,
+        A: &mut impl CoupledFactors,
         mu: f64,
-        (target, patience): (f64, usize),
+        target: f64,
+        patience: usize,
     ) -> (usize, f64) {
         self.size = norm_inf(&self.c).max(f64::MIN_POSITIVE);
         let Self { parts, c, x, y, walls, size, .. } = self;
@@ -203,11 +205,11 @@ impl PrimalDual {
                 }
             }
         }
-        self.go_on(A, (target, patience))
+        self.go_on(A, target, patience)
     }
 
     /// Steps from the present `x` and `y`.
-    fn go_on(&mut self, A: &mut impl Coupling, (target, patience): (f64, usize)) -> (usize, f64) {
+    fn go_on(&mut self, A: &mut impl CoupledFactors, target: f64, patience: usize) -> (usize, f64) {
         let (mut least, mut stalled) = (f64::INFINITY, 0);
         for step in 0..STEPS {
             let (mu, residual) = self.evaluate(A);
@@ -240,7 +242,7 @@ impl PrimalDual {
     }
 
     /// `r`, the scalings, complementarity and the largest residual.
-    fn evaluate(&mut self, A: &mut impl Coupling) -> (f64, f64) {
+    fn evaluate(&mut self, A: &mut impl CoupledFactors) -> (f64, f64) {
         let Self { parts, c, x, y, walls, r, barriers, size: scale, .. } = self;
         let scale = *scale;
         A.multiply(x, r);
@@ -280,7 +282,7 @@ impl PrimalDual {
     }
 
     /// `δx`, `δy` toward the complementarity `to`, with the correction by the last direction.
-    fn direction(&mut self, A: &mut impl Coupling, to: f64, corrected: bool) {
+    fn direction(&mut self, A: &mut impl CoupledFactors, to: f64, corrected: bool) {
         let scale = self.size;
         let Self { parts, barriers, x, y, walls, r, rhs, step: [dx, dy], wall_step, .. } = self;
         for (part, barrier) in parts.iter().zip(&*barriers) {

@@ -88,15 +88,15 @@ impl Cone {
 
 /// A law and its first row.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Placed {
+pub(super) struct PlacedLaw {
     pub cone: Cone,
     pub row: usize,
 }
 
 /// Laws with `W` and `w`.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Problem {
-    pub cones: Vec<Placed>,
+pub(super) struct ConeProblem {
+    pub cones: Vec<PlacedLaw>,
     pub W: Vec<f64>,      // k × k
     pub w: Vec<f64>,      // k
     pub units: Vec<f64>,  // k  D
@@ -107,7 +107,7 @@ pub(super) struct Problem {
 /// A normal velocity of a row that nothing can move is no approach below this part of the largest.
 const STILL: f64 = 1e-12;
 
-impl Problem {
+impl ConeProblem {
     pub(super) fn rows(&self) -> usize {
         self.w.len()
     }
@@ -123,7 +123,7 @@ impl Problem {
             let largest = (0..cone.rows()).map(diagonal).fold(0.0, f64::max);
             let unit = if largest > 0.0 { 1.0 / largest.sqrt() } else { 1.0 };
             self.units.resize(row + cone.rows(), unit);
-            self.cones.push(Placed { cone: cone.in_units(unit), row });
+            self.cones.push(PlacedLaw { cone: cone.in_units(unit), row });
         }
         debug_assert_eq!(self.units.len(), k, "as many rows as the cones have");
         let units = &self.units;
@@ -195,7 +195,7 @@ impl Problem {
     pub(super) fn unmovable_approach(&mut self) -> Option<usize> {
         let size = self.w.iter().fold(0.0, |size: f64, w| size.max(w.abs()));
         for k in 0..self.cones.len() {
-            let Placed { cone, row } = self.cones[k];
+            let PlacedLaw { cone, row } = self.cones[k];
             let moves = self.W[row * (self.rows() + 1)] > 0.0;
             if moves || matches!(cone, Cone::Bounded { .. }) || self.w[row] >= 0.0 {
                 continue;

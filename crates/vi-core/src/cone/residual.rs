@@ -7,14 +7,14 @@
 //! bounded    F = Λ − clip(Λ − ρy, ±b)
 //! ```
 //! Source: P. Alart, A. Curnier, CMAME 92 (1991) 353–375. Any `ρ > 0` has the same solutions; in
-//! the units of [`Problem`](super::problem::Problem) one is the natural value. Where the disc is
+//! the units of [`ConeProblem`](super::problem::ConeProblem) one is the natural value. Where the disc is
 //! left, with `ẑ = z/|z|`,
 //! ```text
 //! δF_T = δΛ_T − (R/|z|)(I − ẑẑᵀ) δz − ẑ δR,   δz = δΛ_T − ρW_T δΛ,   δR = μ (δΛ_N − ρW_N δΛ) or 0
 //! ```
 #![allow(non_snake_case)] // F, R
 
-use super::problem::{Cone, Placed, Problem};
+use super::problem::{Cone, ConeProblem, PlacedLaw};
 use crate::linear::norm_inf;
 use nalgebra::DMatrix;
 
@@ -39,7 +39,7 @@ impl Residual {
         self.rho = rho;
     }
 
-    pub(super) fn resize(&mut self, problem: &Problem) {
+    pub(super) fn resize(&mut self, problem: &ConeProblem) {
         for vector in [&mut self.y, &mut self.F, &mut self.sizes] {
             vector.clear();
             vector.resize(problem.rows(), 0.0);
@@ -50,7 +50,7 @@ impl Residual {
 
     /// Evaluates `y` and `F`; returns the largest of `|F|`, for each cone relative to the sizes of
     /// the terms of its rows: rounding errors are of the size of `ε`, whatever the masses.
-    pub(super) fn evaluate(&mut self, problem: &Problem, impulse: &[f64]) -> f64 {
+    pub(super) fn evaluate(&mut self, problem: &ConeProblem, impulse: &[f64]) -> f64 {
         for i in 0..problem.rows() {
             self.y[i] = problem.velocity(i, impulse);
             let terms = problem.row(i).iter().zip(impulse).map(|(w, impulse)| (w * impulse).abs());
@@ -58,12 +58,12 @@ impl Residual {
         }
         (self.excess, self.balances) = (0.0, false);
         let most = BALANCED * norm_inf(&problem.w);
-        for (Placed { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
+        for (PlacedLaw { cone, row }, relative) in problem.cones.iter().zip(&mut self.relative) {
             let error = problem.largest_error(*row..row + cone.rows());
             let rows = *row..row + cone.rows();
             let (y, impulse) = (&self.y[rows.clone()], &impulse[rows.clone()]);
             let F = &mut self.F[rows.clone()];
-            violation(*cone, (y, impulse), self.rho, F);
+            violation(*cone, y, impulse, self.rho, F);
             let (mut fault, size) = (norm_inf(F), norm_inf(&self.sizes[rows]));
             *relative = if fault == 0.0 { 0.0 } else { fault / size };
             if size > most {
@@ -90,11 +90,16 @@ impl Residual {
     }
 
     /// A generalized derivative `∂F/∂Λ` at the point of the last evaluation.
-    pub(super) fn derivative(&self, problem: &Problem, impulse: &[f64], out: &mut DMatrix<f64>) {
+    pub(super) fn derivative(
+        &self,
+        problem: &ConeProblem,
+        impulse: &[f64],
+        out: &mut DMatrix<f64>,
+    ) {
         out.fill(0.0);
-        for &Placed { cone, row } in &problem.cones {
+        for &PlacedLaw { cone, row } in &problem.cones {
             let (own, count) = (row..row + cone.rows(), cone.rows());
-            let slope = LawSlope::at(cone, (&self.y[own.clone()], &impulse[own]), self.rho);
+            let slope = LawSlope::at(cone, &self.y[own.clone()], &impulse[own], self.rho);
             for column in 0..problem.rows() {
                 let (mut of_y, mut of_impulse) = ([0.0; 3], [0.0; 3]);
                 for l in 0..count {
@@ -109,7 +114,7 @@ impl Residual {
 }
 
 /// `F` of one law.
-pub(super) fn violation(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64, F: &mut [f64]) {
+pub(super) fn violation(cone: Cone, y: &[f64], impulse: &[f64], rho: f64, F: &mut [f64]) {
     match cone {
         Cone::Normal => F[0] = impulse[0] - (impulse[0] - rho * y[0]).max(0.0),
         Cone::Bounded { bound } => F[0] = impulse[0] - clip(impulse[0] - rho * y[0], bound),
@@ -195,7 +200,7 @@ enum Across {
 }
 
 impl LawSlope {
-    pub(super) fn at(cone: Cone, (y, impulse): (&[f64], &[f64]), rho: f64) -> Self {
+    pub(super) fn at(cone: Cone, y: &[f64], impulse: &[f64], rho: f64) -> Self {
         let z = impulse[0] - rho * y[0];
         let closed = match cone {
             Cone::Bounded { bound } => z.abs() <= bound,
@@ -319,7 +324,7 @@ mod tests {
             let k = 14;
             let rows = sample.matrix(k, k);
             let (W, w) = (rows.tr_mul(&rows), sample.matrix(k, 1));
-            let mut problem = Problem::default();
+            let mut problem = ConeProblem::default();
             problem.load(&cones, W.as_slice(), w.as_slice(), &[]);
             let (mut residual, mut other) = (Residual::default(), Residual::default());
             for one in [&mut residual, &mut other] {
@@ -330,9 +335,9 @@ mod tests {
             residual.evaluate(&problem, &impulse);
             let mut derivative = DMatrix::zeros(k, k);
             residual.derivative(&problem, &impulse, &mut derivative);
-            for &Placed { cone, row } in &problem.cones {
+            for &PlacedLaw { cone, row } in &problem.cones {
                 let (own, n) = (row..row + cone.rows(), cone.rows());
-                let slope = LawSlope::at(cone, (&residual.y[own.clone()], &impulse[own]), 0.7);
+                let slope = LawSlope::at(cone, &residual.y[own.clone()], &impulse[own], 0.7);
                 let unit = |l: usize| std::array::from_fn(|i| f64::from(u8::from(i == l)));
                 let of_y = [0, 1, 2].map(|l| slope.change(unit(l), [0.0; 3]));
                 let of_impulse = [0, 1, 2].map(|l| slope.change([0.0; 3], unit(l)));

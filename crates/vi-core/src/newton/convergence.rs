@@ -5,7 +5,7 @@ use super::Precision;
 
 /// Where the corrections of a solve are small enough.
 #[derive(Clone, Copy, Debug)]
-pub struct Limits {
+pub struct CorrectionLimits {
     /// Relative size of what may be left over.
     pub tolerance: f64,
     /// See [`crate::newton::Precision::noise`].
@@ -19,7 +19,7 @@ pub struct Limits {
     pub by_corrections: bool,
 }
 
-impl Limits {
+impl CorrectionLimits {
     /// Of a solve that stops at the `tolerance` or at rounding, where `precision` is known.
     #[must_use]
     pub fn of(tolerance: f64, precision: &Precision, least_ratio: f64) -> Self {
@@ -59,7 +59,7 @@ impl Convergence {
     }
 
     /// Takes in a correction of a relative `size` and `|r|_∞` after it.
-    pub fn judge(&mut self, size: f64, next: f64, limits: Limits) -> Judgement {
+    pub fn judge(&mut self, size: f64, next: f64, limits: CorrectionLimits) -> Judgement {
         let ratio = if next > 0.0 { next / self.residual } else { 0.0 };
         self.residual = next;
         let fall = size / std::mem::replace(&mut self.size, size);

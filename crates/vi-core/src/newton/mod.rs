@@ -30,7 +30,7 @@ mod precision;
 mod report;
 mod simplified;
 
-pub use convergence::{Convergence, Judgement, Limits};
+pub use convergence::{Convergence, CorrectionLimits, Judgement};
 pub use precision::{CLOSING_SIZE, Precision};
 pub use report::{Fault, NewtonError, NewtonReport};
 
@@ -76,7 +76,7 @@ impl std::fmt::Display for BlockKind {
 
 /// A block of unknowns that share a unit and a scale.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub struct UnknownBlock {
     /// What it measures.
     pub kind: BlockKind,
     /// Which unknowns.
@@ -88,7 +88,7 @@ pub struct Block {
 /// A square system of equations `r(x) = 0`.
 pub trait NewtonProblem {
     /// The blocks of the unknowns; together they cover all of them.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Evaluates the residual at `x` and keeps what [`NewtonProblem::correction`] needs; `r`: shape
     /// of `x`.
     ///
@@ -192,15 +192,19 @@ struct Size {
 /// Size of the largest correction `dx` of a block of unknowns `x`, relative to them; NaN where one
 /// is.
 #[must_use]
-pub fn relative_size(blocks: &[Block], x: &[f64], dx: &[f64]) -> f64 {
+pub fn relative_size(blocks: &[UnknownBlock], x: &[f64], dx: &[f64]) -> f64 {
     size(blocks, x, dx).relative
 }
 
-fn size(blocks: &[Block], x: &[f64], dx: &[f64]) -> Size {
+fn size(blocks: &[UnknownBlock], x: &[f64], dx: &[f64]) -> Size {
     largest(blocks.iter().enumerate(), x, dx)
 }
 
-fn largest<'a>(blocks: impl Iterator<Item = (usize, &'a Block)>, x: &[f64], dx: &[f64]) -> Size {
+fn largest<'a>(
+    blocks: impl Iterator<Item = (usize, &'a UnknownBlock)>,
+    x: &[f64],
+    dx: &[f64],
+) -> Size {
     let mut worst = Size { relative: 0.0, block: 0 };
     for (k, block) in blocks.filter(|(_, block)| !block.range.is_empty()) {
         let (mut scale, mut correction) = (block.floor, 0.0);
@@ -218,7 +222,7 @@ fn largest<'a>(blocks: impl Iterator<Item = (usize, &'a Block)>, x: &[f64], dx: 
 
 /// The largest of the unknowns `x` that are rotations, rad: a [`NewtonProblem::rotation`].
 #[must_use]
-pub fn largest_rotation(blocks: &[Block], x: &[f64]) -> f64 {
+pub fn largest_rotation(blocks: &[UnknownBlock], x: &[f64]) -> f64 {
     let rotations = blocks.iter().filter(|block| block.kind == BlockKind::Rotation);
     rotations.map(|block| norm_inf(&x[block.range.clone()])).fold(0.0, f64::max)
 }
@@ -229,8 +233,8 @@ fn larger(a: f64, b: f64) -> f64 {
 }
 
 /// What the largest correction of a block corrects: its kind and the unknown.
-fn most_corrected(blocks: &[Block], block: usize, dx: &[f64]) -> (BlockKind, usize) {
-    let Some(Block { kind, range, .. }) = blocks.get(block) else {
+fn most_corrected(blocks: &[UnknownBlock], block: usize, dx: &[f64]) -> (BlockKind, usize) {
+    let Some(UnknownBlock { kind, range, .. }) = blocks.get(block) else {
         return (BlockKind::Position, 0);
     };
     let size = norm_inf(&dx[range.clone()]);
@@ -279,7 +283,8 @@ impl Newton {
             let next = next.map_err(refused(iteration))?;
             report.residual = next;
             let least_ratio = self.least_ratio(problem, x);
-            let limits = Limits::of(self.settings.tolerance, &problem.precision(), least_ratio);
+            let limits =
+                CorrectionLimits::of(self.settings.tolerance, &problem.precision(), least_ratio);
             let Judgement { ratio, is_reached } = seen.judge(size.relative, next, limits);
             level = if ratio > 0.5 { level + 1 } else { 0 };
             let last = iteration >= self.settings.max_iterations;
@@ -413,14 +418,14 @@ mod tests {
         CubeRoot(f64),
         Arctan,
     }
-    struct Problem(Scalar, [Block; 1]);
+    struct Problem(Scalar, [UnknownBlock; 1]);
     impl Problem {
         fn new(f: Scalar) -> Self {
-            Self(f, [Block { kind: BlockKind::Position, range: 0..1, floor: 1e-8 }])
+            Self(f, [UnknownBlock { kind: BlockKind::Position, range: 0..1, floor: 1e-8 }])
         }
     }
     impl NewtonProblem for Problem {
-        fn blocks(&self) -> &[Block] {
+        fn blocks(&self) -> &[UnknownBlock] {
             &self.1
         }
         fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {

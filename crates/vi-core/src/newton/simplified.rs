@@ -69,13 +69,13 @@ fn stagnates(size: f64, before: f64, earlier: f64, noise: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::newton::{Block, BlockKind, NewtonSettings, Precision};
+    use crate::newton::{BlockKind, NewtonSettings, Precision, UnknownBlock};
 
     /// `x = (1, 1)` with corrections that leave the error `(e_2, e_1/1000)`: their sizes fall in
     /// pairs.
-    struct Pairs([Block; 1]);
+    struct Pairs([UnknownBlock; 1]);
     impl NewtonProblem for Pairs {
-        fn blocks(&self) -> &[Block] {
+        fn blocks(&self) -> &[UnknownBlock] {
             &self.0
         }
         fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn corrections_that_fall_in_pairs_are_made_to_the_end() {
-        let block = Block { kind: BlockKind::Position, range: 0..2, floor: 1e-8 };
+        let block = UnknownBlock { kind: BlockKind::Position, range: 0..2, floor: 1e-8 };
         for start in [1e-3, 1e-8, 1e-10, 1e-11] {
             let mut x = [1.0 + start, 1.0 - 1.1 * start];
             let mut newton = Newton::new(2, NewtonSettings::default());

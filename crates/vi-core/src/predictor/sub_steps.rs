@@ -36,7 +36,7 @@ impl PartialEq for SubStepWeights {
 
 /// Where sub-step `k` finds the sub-step that ended `a` sub-steps before its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct SubStepPlace {
     /// Its index in the macro step.
     pub index: usize,
     /// How many sub-steps of this index are newer.
@@ -44,7 +44,7 @@ pub struct Place {
     back: usize, // macro steps
 }
 
-impl Place {
+impl SubStepPlace {
     /// In a composition of `count` sub-steps.
     #[must_use]
     pub fn before(k: usize, a: usize, count: usize) -> Self {
@@ -97,8 +97,9 @@ fn terms(tau: f64, gamma: f64, sigma: f64) -> [f64; 7] {
 fn of_sub_step(gammas: &[f64], k: usize) -> Option<Weights> {
     let sum = |j: usize, power: i32| gammas[..j].iter().map(|g| g.powi(power)).sum::<f64>();
     let middle = |j: usize, power: i32| sum(j, power) + 0.5 * gammas[j].powi(power);
-    let places: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, gammas.len()));
-    let known = places.map(|Place { index: j, back, .. }| {
+    let places: [SubStepPlace; NODES] =
+        std::array::from_fn(|a| SubStepPlace::before(k, a, gammas.len()));
+    let known = places.map(|SubStepPlace { index: j, back, .. }| {
         terms(middle(j, 1) - middle(k, 1) - back as f64, gammas[j], middle(j, 3))
     });
     let wanted = terms(0.0, gammas[k], middle(k, 3));
@@ -122,7 +123,7 @@ mod tests {
     #[test]
     fn places_go_back_through_the_macro_steps() {
         let of = |k, a| {
-            let Place { index, age, back } = Place::before(k, a, 5);
+            let SubStepPlace { index, age, back } = SubStepPlace::before(k, a, 5);
             (index, age, back)
         };
         assert_eq!([0, 1, 4, 5].map(|a| of(0, a)), [(4, 0, 1), (3, 0, 1), (0, 0, 1), (4, 1, 2)]);
@@ -156,7 +157,8 @@ mod tests {
                 let of = weights.of(k).unwrap();
                 let sums = of.map(|weights| {
                     let before = weights.iter().enumerate().map(|(a, weight)| {
-                        let Place { index, back, .. } = Place::before(k, a, gammas.len());
+                        let SubStepPlace { index, back, .. } =
+                            SubStepPlace::before(k, a, gammas.len());
                         weight * increment(3.0 - back as f64, index)
                     });
                     before.sum::<f64>()

@@ -10,7 +10,7 @@ use super::{
     MechanismBuilder, PointOn, PointPlace, RollingPart,
 };
 use crate::constraint::joint_coordinate::JointCoordinate;
-use crate::constraint::rolling::{Plane, Rolling};
+use crate::constraint::rolling::{RolledPlane, Rolling};
 use crate::constraint::scalar_constraint::ScalarConstraint;
 use crate::force::joint_force::{JointForce, JointSpring};
 use crate::force::particle_load::ParticleLoad;
@@ -366,7 +366,7 @@ impl MechanismBuilder {
         let axes = complete_axis(&direction(element, "normal", &part.normal)?);
         let axis = part.axis.map(|axis| direction(element, "axis", &axis)).transpose()?;
         let body = &self.bodies[part.body.index()].resolve()?.0;
-        let plane = Plane { origin: part.origin, axes, spin: part.spin };
+        let plane = RolledPlane { origin: part.origin, axes, spin: part.spin };
         let circle = if axis.is_some() { part.radius - part.tube } else { 0.0 };
         let section = part.radius - circle;
         let axis = axis.map(|axis| body.triad.tr_mul(&axis));

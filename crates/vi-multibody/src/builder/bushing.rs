@@ -5,7 +5,7 @@ use super::force::{ElementForce, NamedSixSpring};
 use super::law::Read;
 use super::{BuildError, ForceElements, MechanismBuilder};
 use crate::force::bushing::{LinearSix, SixForce, SixSpring};
-use crate::force::law::{Law, Reading};
+use crate::force::law::{Law, ReadingLaw};
 use crate::geometry::six_coordinates::{AttachedFrame, Matrix6, Rotation, SixCoordinates, Vector6};
 use crate::mechanism::Mechanism;
 use crate::pair::joint::FrameId;
@@ -21,11 +21,11 @@ pub(super) struct BushingPart {
     position: Vector3<f64>,
     axes: Matrix3<f64>,
     rotation: Rotation,
-    efforts: Efforts,
+    efforts: BushingEfforts,
 }
 
 #[derive(Clone)]
-enum Efforts {
+enum BushingEfforts {
     Linear(Box<LinearSix>),
     Law { reads: Vec<Read>, states: Vec<usize>, law: Arc<dyn Law> },
 }
@@ -38,7 +38,7 @@ impl BushingPart {
             position: Vector3::zeros(),
             axes: Matrix3::identity(),
             rotation: Rotation::Vector,
-            efforts: Efforts::Linear(Box::default()),
+            efforts: BushingEfforts::Linear(Box::default()),
         }
     }
 }
@@ -61,12 +61,12 @@ impl<'a> BushingEntry<'a> {
     }
 
     fn linear(&mut self) -> &mut LinearSix {
-        if let Efforts::Law { .. } = self.part.efforts {
-            self.part.efforts = Efforts::Linear(Box::default());
+        if let BushingEfforts::Law { .. } = self.part.efforts {
+            self.part.efforts = BushingEfforts::Linear(Box::default());
         }
         match &mut self.part.efforts {
-            Efforts::Linear(linear) => linear,
-            Efforts::Law { .. } => unreachable!("it was replaced"),
+            BushingEfforts::Linear(linear) => linear,
+            BushingEfforts::Law { .. } => unreachable!("it was replaced"),
         }
     }
 
@@ -115,7 +115,7 @@ impl<'a> BushingEntry<'a> {
     /// Any efforts, instead of those of constant coefficients, of what the law `reads`, of its
     /// coordinates and their rates as [`Read::Six`], and of states of signals.
     pub fn law(self, reads: Vec<Read>, states: Vec<usize>, law: Arc<dyn Law>) -> Self {
-        self.part.efforts = Efforts::Law { reads, states, law };
+        self.part.efforts = BushingEfforts::Law { reads, states, law };
         self
     }
 }
@@ -140,14 +140,14 @@ impl MechanismBuilder {
             let [from, to] = frames.map(|frame| attached(frame, q, position, axes));
             let coordinates = SixCoordinates::new(from, to, *rotation);
             match efforts {
-                Efforts::Law { reads, states, law } => {
+                BushingEfforts::Law { reads, states, law } => {
                     let inputs = self.inputs(name, reads, mechanism)?;
-                    let mut reading = Reading::new(law.clone(), inputs, states.clone());
+                    let mut reading = ReadingLaw::new(law.clone(), inputs, states.clone());
                     reading.start = self.start_of_signals();
                     let force = SixForce::new(coordinates, reading);
                     forces.add(name, ElementForce::Six(force));
                 }
-                Efforts::Linear(linear) => {
+                BushingEfforts::Linear(linear) => {
                     finite(element, "stiffness", linear.stiffness.as_slice())?;
                     finite(element, "damping", linear.damping.as_slice())?;
                     finite(element, "preload", linear.preload.as_slice())?;
@@ -161,7 +161,7 @@ impl MechanismBuilder {
                     }
                     if rest != LinearSix::default() {
                         let inputs = LinearSix::inputs();
-                        let reading = Reading::new(Arc::new(rest), inputs, Vec::new());
+                        let reading = ReadingLaw::new(Arc::new(rest), inputs, Vec::new());
                         let force = SixForce::new(coordinates, reading);
                         forces.add(name, ElementForce::Six(force));
                     }

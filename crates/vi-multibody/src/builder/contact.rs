@@ -12,7 +12,7 @@ use crate::pair::joint::FrameId;
 use std::sync::Arc;
 use vi_constraints::nonsmooth::{ContactLaw, Unilateral};
 use vi_core::linear::norm_inf;
-use vi_rigid::gap::{ContactShape, NoGap, Pair};
+use vi_rigid::gap::{ContactShape, NoGap, ShapePair};
 
 /// Limits of a joint coordinate: stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -80,7 +80,7 @@ impl MechanismBuilder {
         b: (impl Into<FrameId>, ContactShape),
         law: ContactLaw,
     ) -> Result<(), NoGap> {
-        let pair = Pair::new(a.1, b.1)?;
+        let pair = ShapePair::new(a.1, b.1)?;
         let (frames, name) = ([a.0.into(), b.0.into()], name.to_owned());
         let size = pair.extent();
         let contact = ShapeContact { source: name.clone(), name, pair, frames, law, size };

@@ -17,7 +17,8 @@ impl NamedForce {
     pub fn add_effort_slopes(
         &self,
         at: Motion<'_>,
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         match &self.force {
@@ -33,13 +34,13 @@ impl NamedForce {
                 coordinate.add_gradient(at.q, by_rate, of_v);
             }
             ElementForce::Tension(force) => {
-                force.add_tension_slopes((at.t, at.q, at.v), scale, [q, of_v]);
+                force.add_tension_slopes(at.t, at.q, at.v, scale, [q, of_v]);
             }
             ElementForce::Wrench(force) => {
-                force.add_effort_slopes((at.t, at.q, at.v), (k, scale), [q, of_v]);
+                force.add_effort_slopes(at.t, at.q, at.v, k, scale, [q, of_v]);
             }
             ElementForce::Law(force) => {
-                force.add_effort_slopes(at, (k, scale), [q, of_v, of_z]);
+                force.add_effort_slopes(at, k, scale, [q, of_v, of_z]);
             }
             _ => {}
         }
@@ -63,7 +64,7 @@ impl NamedForce {
             ElementForce::Wrench(force) => {
                 force.add_effort_bends(node, (k, scale), changes, out);
             }
-            ElementForce::Law(force) => force.add_effort_bends(at, (k, scale), changes, out),
+            ElementForce::Law(force) => force.add_effort_bends(at, k, scale, changes, out),
             _ => {}
         }
     }
@@ -76,16 +77,16 @@ impl ForceElements {
         &self,
         name: &str,
         at: Motion<'_>,
-        effort: (usize, f64),
+        (effort, scale): (usize, f64),
         changes: [&[f64]; 2],
         [q, of_v]: [&mut [f64]; 2],
     ) {
         for own in self.bushings.iter().filter(|own| own.name == name) {
-            own.spring.add_effort_bends(at.q, effort, changes[0], q);
+            own.spring.add_effort_bends(at.q, effort, scale, changes[0], q);
         }
         for own in self.forces.iter().filter(|own| own.name == name) {
             if let ElementForce::Six(force) = &own.force {
-                force.add_effort_bends(at, effort, changes, [&mut *q, &mut *of_v]);
+                force.add_effort_bends(at, effort, scale, changes, [&mut *q, &mut *of_v]);
             }
         }
     }

@@ -6,10 +6,10 @@ use super::{BodyId, BuildError, CoordinateId, MechanismBuilder, PointOn, added};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::force::law::input::Past;
 use crate::force::law::{
-    Input, Law, LawForce, Reading, RelativeWrench, Sampler, SignalStates, Target,
+    Input, Law, LawForce, ReadingLaw, RelativeWrench, Sampler, SignalStates, Target,
 };
 use crate::force::wrench_law::ActsOn;
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::Attachment;
 use std::sync::Arc;
@@ -131,13 +131,13 @@ impl MechanismBuilder {
         for LawPart { name, on, reads, states, law } in &self.laws {
             let target = self.target(name, *on, mechanism)?;
             let inputs = self.inputs(name, reads, mechanism)?;
-            let mut reading = Reading::new(law.clone(), inputs, states.clone());
+            let mut reading = ReadingLaw::new(law.clone(), inputs, states.clone());
             reading.start = start.clone();
             forces.add(name, ElementForce::Law(LawForce { target, reading }));
         }
         if let Some(SignalsPart { reads, states, law, sampler }) = &self.signals {
             let inputs = self.inputs("signals", reads, mechanism)?;
-            let mut reading = Reading::new(law.clone(), inputs, states.clone());
+            let mut reading = ReadingLaw::new(law.clone(), inputs, states.clone());
             reading.start = start;
             forces.signals = Some(SignalStates::new(reading, sampler.clone()));
         }
@@ -208,7 +208,7 @@ impl MechanismBuilder {
     ) -> Result<JointCoordinate, BuildError> {
         let (base, at, axis) = part;
         let [center, to] = self.ends(|| format!("`{name}`"), &base.point([0.0; 3]), &at)?;
-        let row = Row::product(self.axis(base, axis)?, to.minus(&center), 0.0);
+        let row = BilinearRow::product(self.axis(base, axis)?, to.minus(&center), 0.0);
         Ok(JointCoordinate::length(row))
     }
 

@@ -28,7 +28,7 @@ pub use force::{
 pub use id::{BodyId, CoordinateId, JointId, ParticleId, PointOn};
 pub use joint::JointEntry;
 pub use law::{ActOn, Read};
-pub use rates::RateOf;
+pub use rates::ConstrainedRate;
 
 use crate::constraint::scalar_constraint::Reference;
 use crate::contact::compliant_contact::CompliantContact;

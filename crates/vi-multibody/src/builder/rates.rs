@@ -5,7 +5,7 @@ use super::law::Read;
 use super::{BodyId, BuildError, ConstraintKind, CoordinateId, MechanismBuilder, PointOn};
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::velocity_constraint::Pace;
-use crate::force::law::{Input, Law, LawOfRates, Reading};
+use crate::force::law::{Input, Law, LawOfRates, ReadingLaw};
 use crate::geometry::form::Form;
 use crate::mechanism::description::Attachment;
 use nalgebra::Vector3;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// A quantity whose rate is constrained.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum RateOf {
+pub enum ConstrainedRate {
     /// A joint coordinate.
     Coordinate(CoordinateId),
     /// A point of a body along a direction: in space, or where it `follows` along the axes of the
@@ -32,7 +32,7 @@ pub enum RateOf {
 
 #[derive(Clone)]
 pub(super) struct RatesPart {
-    terms: Vec<RateOf>,
+    terms: Vec<ConstrainedRate>,
     reads: Vec<Read>,
     law: Arc<dyn Law>,
     is_driven: bool,
@@ -45,7 +45,7 @@ impl MechanismBuilder {
     pub fn rates(
         &mut self,
         name: &str,
-        terms: Vec<RateOf>,
+        terms: Vec<ConstrainedRate>,
         reads: Vec<Read>,
         law: Arc<dyn Law>,
         is_driven: bool,
@@ -61,10 +61,10 @@ impl MechanismBuilder {
         coordinate: impl Fn(&CoordinateId) -> Result<JointCoordinate, BuildError>,
     ) -> Result<LawOfRates, BuildError> {
         let element = || format!("constraint `{name}`");
-        let pace = |term: &RateOf| -> Result<Pace, BuildError> {
+        let pace = |term: &ConstrainedRate| -> Result<Pace, BuildError> {
             Ok(match term {
-                RateOf::Coordinate(id) => Pace::Joint(Box::new(coordinate(id)?)),
-                RateOf::Point { body, at, along, follows } => {
+                ConstrainedRate::Coordinate(id) => Pace::Joint(Box::new(coordinate(id)?)),
+                ConstrainedRate::Point { body, at, along, follows } => {
                     let [point, _] = self.ends(element, at, at)?;
                     let unit = direction(element, "direction", along)?;
                     let along = along.norm() * unit;
@@ -93,7 +93,7 @@ impl MechanismBuilder {
         };
         let paces = part.terms.iter().map(pace).collect::<Result<_, _>>()?;
         let inputs = part.reads.iter().map(input).collect::<Result<_, _>>()?;
-        let reading = Reading::new(part.law.clone(), inputs, Vec::new());
+        let reading = ReadingLaw::new(part.law.clone(), inputs, Vec::new());
         Ok(LawOfRates { paces, reading, is_driven: part.is_driven })
     }
 }

@@ -14,7 +14,7 @@
 //! [`Configuration::angles`], where the mechanism lists the coordinate
 //! ([`crate::Mechanism::coordinate`]).
 
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use crate::pair::joint::{FrameId, Joint};
 use crate::pair::{DegreeOfFreedom, Twist};
 use std::f64::consts::TAU;
@@ -47,7 +47,7 @@ pub struct Unwrapped {
 
 /// A coordinate over an interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Change {
+pub struct CoordinateChange {
     /// Mean of both ends.
     pub mean: f64,
     /// End less start.
@@ -63,13 +63,13 @@ const UNLISTED: usize = usize::MAX;
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value<T = f64> {
     /// `u`.
-    Length(Row<T>),
+    Length(BilinearRow<T>),
     /// `θ = atan2(s, c)`.
     Angle {
         /// `s`.
-        sine: Row<T>,
+        sine: BilinearRow<T>,
         /// `c`.
-        cosine: Row<T>,
+        cosine: BilinearRow<T>,
     },
 }
 
@@ -80,12 +80,14 @@ impl<T: Number> Value<T> {
     pub fn of(joint: &Joint<T>, freedom: DegreeOfFreedom) -> Option<Self> {
         // axis of the child times axis of the parent
         let product = |[i, j]: [usize; 2]| {
-            Row::product(joint.child.axis(i), joint.parent.axis(j), T::of(0.0))
+            BilinearRow::product(joint.child.axis(i), joint.parent.axis(j), T::of(0.0))
         };
         match freedom {
-            DegreeOfFreedom::Length(i) => {
-                Some(Self::Length(Row::product(joint.parent.axis(i), joint.gap(), T::of(0.0))))
-            }
+            DegreeOfFreedom::Length(i) => Some(Self::Length(BilinearRow::product(
+                joint.parent.axis(i),
+                joint.gap(),
+                T::of(0.0),
+            ))),
             DegreeOfFreedom::Angle { sine, cosine } => {
                 Some(Self::Angle { sine: product(sine), cosine: product(cosine) })
             }
@@ -103,7 +105,7 @@ impl<T: Number> Value<T> {
     }
 
     /// The rows it is made of, with the factors of their gradients at `q`.
-    fn parts(&self, q: &[f64]) -> [(T, Option<&Row<T>>); 2] {
+    fn parts(&self, q: &[f64]) -> [(T, Option<&BilinearRow<T>>); 2] {
         match self {
             Self::Length(row) => [(T::of(1.0), Some(row)), (T::of(0.0), None)],
             Self::Angle { sine, cosine } => {
@@ -125,11 +127,11 @@ impl<T: Number> Value<T> {
 }
 
 /// The rows that a coordinate is made of, its derivatives by them, and the second ones.
-type Chain<'a> = ([Option<&'a Row>; 2], [f64; 2], [[f64; 2]; 2]);
+type RowChain<'a> = ([Option<&'a BilinearRow>; 2], [f64; 2], [[f64; 2]; 2]);
 
 impl Value {
     /// `θ_k` and `θ_kl` at `q`.
-    fn chain(&self, q: &[f64]) -> Chain<'_> {
+    fn chain(&self, q: &[f64]) -> RowChain<'_> {
         match self {
             Self::Length(row) => ([Some(row), None], [1.0, 0.0], [[0.0; 2]; 2]),
             Self::Angle { sine, cosine } => {
@@ -147,11 +149,11 @@ impl Value {
 #[derive(Clone, Debug)]
 pub struct SharedAxis {
     /// `s = −m_2'·m_1`.
-    pub sine: Row,
+    pub sine: BilinearRow,
     /// `c = m_2'·m_2`.
-    pub cosine: Row,
+    pub cosine: BilinearRow,
     /// `m_1'·m_2'`, `m_1·m_2`, `½ (m_2² − m_1²)`: zero in rigid bodies.
-    pub zero: [Row; 3],
+    pub zero: [BilinearRow; 3],
 }
 
 impl SharedAxis {
@@ -161,9 +163,9 @@ impl SharedAxis {
             freedom == DegreeOfFreedom::ABOUT_AXIS && !joint.kind.properties().motion.swaps_axes();
         let [first, second] = [0, 1].map(|i| joint.parent.axis(i));
         let [own_first, own_second] = [0, 1].map(|i| joint.child.axis(i));
-        let product = |scale: f64, a: &Form, b: &Form| Row {
+        let product = |scale: f64, a: &Form, b: &Form| BilinearRow {
             scale,
-            ..Row::product(a.clone(), b.clone(), 0.0)
+            ..BilinearRow::product(a.clone(), b.clone(), 0.0)
         };
         kept.then(|| Self {
             sine: product(-1.0, &own_second, &first),
@@ -216,7 +218,7 @@ impl JointCoordinate {
     /// A length that is no degree of freedom of a joint: a vector of one member along one of
     /// another.
     #[must_use]
-    pub fn length(row: Row) -> Self {
+    pub fn length(row: BilinearRow) -> Self {
         let value = Value::Length(row);
         Self {
             value,
@@ -349,24 +351,24 @@ impl JointCoordinate {
 
     /// Mean of both ends of an interval, and their difference; an angle changes by less than `π`.
     #[must_use]
-    pub fn change(&self, s: &Interval) -> Change {
+    pub fn change(&self, s: &Interval) -> CoordinateChange {
         self.change_between(s, [&s.q0, &s.q1].map(|q| self.principal_value(q)))
     }
 
     /// The same from the principal values at both ends.
-    fn change_between(&self, s: &Interval, [start, end]: [f64; 2]) -> Change {
+    fn change_between(&self, s: &Interval, [start, end]: [f64; 2]) -> CoordinateChange {
         let mut difference = end - start;
         let mut whole = 0.0;
         if self.is_angle() {
             difference -= TAU * (difference / TAU).round();
             whole = TAU * s.start().revolutions(self.slot, start);
         }
-        Change { mean: start + whole + 0.5 * difference, difference }
+        CoordinateChange { mean: start + whole + 0.5 * difference, difference }
     }
 
     /// The change over an interval, and `∇θ·v` at both its ends.
     #[must_use]
-    pub fn change_and_rates(&self, s: &Interval, v: &[f64]) -> (Change, [f64; 2]) {
+    pub fn change_and_rates(&self, s: &Interval, v: &[f64]) -> (CoordinateChange, [f64; 2]) {
         let [start, end] = [&s.q0, &s.q1].map(|q| self.value_and_rate(q, v));
         (self.change_between(s, [start[0], end[0]]), [start[1], end[1]])
     }
@@ -441,7 +443,7 @@ impl JointCoordinate {
             Value::Length(row) => row.second(v, w),
             Value::Angle { sine, cosine } => {
                 let (s, c) = (sine.value(q), cosine.value(q));
-                let slope = |row: &Row, v: &[f64]| {
+                let slope = |row: &BilinearRow, v: &[f64]| {
                     let mut sum = 0.0;
                     row.for_each_slope(q, |i, slope| sum += slope * v[i]);
                     sum
@@ -471,7 +473,7 @@ impl JointCoordinate {
         scale: f64,
         mut visit: impl FnMut(usize, f64),
     ) {
-        let mut add = |row: &Row, [slope, bend]: [f64; 2]| {
+        let mut add = |row: &BilinearRow, [slope, bend]: [f64; 2]| {
             row.for_each_slope(q, |i, own| visit(i, slope * own));
             row.for_each_bend(v, |i, own| visit(i, bend * own));
         };
@@ -496,7 +498,8 @@ impl JointCoordinate {
     /// ```
     pub fn emit_effort_slopes(
         &self,
-        (q, v): (&[f64], &[f64]),
+        q: &[f64],
+        v: &[f64],
         effort: f64,
         slopes: EffortSlopes,
         out: &mut dyn Entries,

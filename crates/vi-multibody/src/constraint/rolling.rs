@@ -29,7 +29,7 @@ pub const FLATTEST: f64 = 0.99;
 
 /// A plane of the ground.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plane<T = f64> {
+pub struct RolledPlane<T = f64> {
     /// `o`, m.
     pub origin: Vector3<T>,
     /// `e_1`, `e_2`, `n`, orthonormal.
@@ -38,7 +38,7 @@ pub struct Plane<T = f64> {
     pub spin: T,
 }
 
-impl<T: Number> Plane<T> {
+impl<T: Number> RolledPlane<T> {
     /// `n`.
     #[must_use]
     pub fn normal(&self) -> Vector3<T> {
@@ -63,11 +63,11 @@ pub struct Rolling<T = f64> {
     /// `b`, m; the radius of a sphere.
     pub section: T,
     /// What it rolls on.
-    pub plane: Plane<T>,
+    pub plane: RolledPlane<T>,
 }
 
 /// `ρ` and what its derivative is made of.
-struct Contact<T = f64> {
+struct RollingContact<T = f64> {
     rho: Vector3<T>,
     axis: Vector3<T>,   // a; 0 of a sphere
     across: Vector3<T>, // w = n − (n·a) a
@@ -76,7 +76,7 @@ struct Contact<T = f64> {
     normal: Vector3<T>,
 }
 
-impl<T: Number> Contact<T> {
+impl<T: Number> RollingContact<T> {
     /// `Dρ(a) δ` for `|a| = 1`.
     fn change(&self, delta: &Vector3<T>) -> Vector3<T> {
         if self.circle.vanishes() {
@@ -94,7 +94,7 @@ impl<T: Number> Contact<T> {
     }
 }
 
-impl Contact {
+impl RollingContact {
     /// `Dρ(a)ᵀ y`.
     fn transposed(&self, y: &Vector3<f64>) -> Vector3<f64> {
         if self.circle == 0.0 {
@@ -123,11 +123,11 @@ impl<T: Number> Rolling<T> {
         directors::center(frame_of(q, self.frame)).map(T::of)
     }
 
-    fn contact(&self, axis: Vector3<T>) -> Contact<T> {
+    fn contact(&self, axis: Vector3<T>) -> RollingContact<T> {
         let normal = self.plane.normal();
         let along = normal.dot(&axis);
         let across = normal - axis * along;
-        let mut contact = Contact {
+        let mut contact = RollingContact {
             rho: normal * -self.section,
             axis,
             across,
@@ -263,13 +263,13 @@ impl<T: Number> Rolling<T> {
 impl Rolling {
     /// Numbers that do not change.
     fn still(&self) -> Rolling<Dual64> {
-        let Plane { origin, axes, spin } = &self.plane;
+        let RolledPlane { origin, axes, spin } = &self.plane;
         Rolling {
             frame: self.frame,
             axis: self.axis.map(|axis| axis.map(Dual64::of)),
             circle: Dual64::of(self.circle),
             section: Dual64::of(self.section),
-            plane: Plane {
+            plane: RolledPlane {
                 origin: origin.map(Dual64::of),
                 axes: axes.map(Dual64::of),
                 spin: Dual64::of(*spin),
@@ -392,7 +392,7 @@ impl VelocityConstraint for Slip {
     }
 
     fn emit(&self, q: &[f64], row: usize, scale: f64, out: &mut dyn Entries) {
-        emit_wrench((q, self.rolling.frame), (row, scale), &self.wrench(q), out);
+        emit_wrench(q, self.rolling.frame, row, scale, &self.wrench(q), out);
     }
 
     fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {

@@ -14,7 +14,7 @@
 use crate::constraint::joint_coordinate::{JointCoordinate, Unwrapped};
 use crate::constraint::rolling::{Rolling, Slip};
 use crate::constraint::velocity_constraint::{Pace, VelocityConstraint, emit_wrench};
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::Joint;
 use crate::pair::{DegreeOfFreedom, Twist};
@@ -31,7 +31,7 @@ pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
 #[derive(Clone)]
 pub enum ScalarRow {
     /// A product of forms.
-    Product(Row),
+    Product(BilinearRow),
     /// `θ_a + ρ θ_b − c`.
     Gear {
         /// `θ_a`.
@@ -134,7 +134,7 @@ impl ScalarRow {
         match self {
             Self::Velocity(velocity) => {
                 velocity.for_each_wrench_of_step(s, &mut |frame, wrench| {
-                    emit_wrench((&s.q1, frame), (row, 1.0), &wrench, out);
+                    emit_wrench(&s.q1, frame, row, 1.0, &wrench, out);
                 })
             }
             _ => self.emit(&s.q1, row, out),
@@ -391,7 +391,7 @@ impl ScalarConstraint {
     /// A point keeps its distance `length` (m) from another; `between` is the form `D`.
     #[must_use]
     pub fn distance(name: &str, between: &Form, length: f64) -> Self {
-        Self::new(name, vec![ScalarRow::Product(Row::distance(between, length))])
+        Self::new(name, vec![ScalarRow::Product(BilinearRow::distance(between, length))])
     }
 
     /// The child's anchor stays on the line through the parent's anchor along its axis `n`.

@@ -76,8 +76,10 @@ pub(super) fn frame_of(q: &[f64], frame: usize) -> &[f64] {
 
 /// Emits `scale (f, ½ τ×d_1, ½ τ×d_2, ½ τ×d_3)` of a wrench on a frame.
 pub(crate) fn emit_wrench(
-    (q, frame): (&[f64], usize),
-    (row, scale): (usize, f64),
+    q: &[f64],
+    frame: usize,
+    row: usize,
+    scale: f64,
     wrench: &Twist,
     out: &mut dyn Entries,
 ) {

@@ -8,12 +8,12 @@ use nalgebra::Vector3;
 
 /// A box with faces along the axes of space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
+pub(super) struct AxisBox {
     pub(super) low: Vector3<f64>,
     pub(super) high: Vector3<f64>,
 }
 
-impl Bounds {
+impl AxisBox {
     fn overlaps(&self, other: &Self) -> bool {
         (0..3).all(|i| self.low[i] <= other.high[i] && other.low[i] <= self.high[i])
     }
@@ -30,26 +30,26 @@ impl Bounds {
 /// Boxes wider than this multiple of the median are compared with all.
 const WIDE: f64 = 4.0;
 
-type Cell = [i64; 3];
+type GridCell = [i64; 3];
 
 /// Finds pairs; its memory grows to the largest number of boxes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BroadPhase {
     widths: Vec<f64>,
-    cells: Vec<(Cell, u32)>, // in ascending order
+    cells: Vec<(GridCell, u32)>, // in ascending order
     wide: Vec<u32>,
 }
 
 impl BroadPhase {
     /// `out ←` the pairs of boxes that overlap, the smaller number first, in ascending order. What
     /// has no bounds overlaps all that have.
-    pub(super) fn find(&mut self, boxes: &[Option<Bounds>], out: &mut Vec<(u32, u32)>) {
+    pub(super) fn find(&mut self, boxes: &[Option<AxisBox>], out: &mut Vec<(u32, u32)>) {
         let Self { widths, cells, wide } = self;
         widths.clear();
         cells.clear();
         wide.clear();
         out.clear();
-        widths.extend(boxes.iter().flatten().map(Bounds::width));
+        widths.extend(boxes.iter().flatten().map(AxisBox::width));
         widths.sort_unstable_by(f64::total_cmp);
         let most = WIDE * widths.get(widths.len() / 2).copied().unwrap_or(0.0);
         let width = widths.iter().rev().find(|width| **width <= most).copied().unwrap_or(0.0);
@@ -113,12 +113,12 @@ mod tests {
         for seed in 0..200 {
             let mut sample = Sample::new(seed);
             let count = 2 + (seed as usize * 7) % 60;
-            let boxes: Vec<Option<Bounds>> = (0..count)
+            let boxes: Vec<Option<AxisBox>> = (0..count)
                 .map(|k| {
                     let center: Vector3<f64> = 2.0 * sample.vector();
                     let size = if seed % 3 == 0 && k % 9 == 0 { 3.0 } else { 0.3 };
                     let half: Vector3<f64> = sample.vector().map(|x: f64| size * x.abs());
-                    let own = Bounds { low: center - half, high: center + half };
+                    let own = AxisBox { low: center - half, high: center + half };
                     (k % 17 != 3).then_some(own)
                 })
                 .collect();

@@ -31,7 +31,9 @@ use vi_core::potential::Potential;
 use vi_core::sparse::Entries;
 use vi_core::{Embed, Motion, Number};
 use vi_rigid::directors::{FRAME, center, director};
-use vi_rigid::gap::{ContactPoint, ContactShape, NoGap, Pair, is_smooth, lasting, smooth_contact};
+use vi_rigid::gap::{
+    ContactPoint, ContactShape, NoGap, ShapePair, is_smooth, lasting, smooth_contact,
+};
 
 const BOTH: usize = 2 * FRAME;
 
@@ -78,7 +80,7 @@ impl CompliantLaw {
 /// parameter beside them.
 #[derive(Clone, Debug)]
 pub struct CompliantContact<S = f64> {
-    pair: Pair<S>,
+    pair: ShapePair<S>,
     frames: [FrameId; 2],
     law: CompliantLaw,
 }
@@ -109,14 +111,14 @@ impl CompliantContact {
         law: CompliantLaw,
     ) -> Result<Self, NoGap> {
         match is_smooth(&a, &b) {
-            true => Ok(Self { pair: Pair::new(a, b)?, frames, law }),
+            true => Ok(Self { pair: ShapePair::new(a, b)?, frames, law }),
             false => Err(NoGap { a: a.name(), b: b.name() }),
         }
     }
 
     /// The shapes.
     #[must_use]
-    pub fn pair(&self) -> &Pair {
+    pub fn pair(&self) -> &ShapePair {
         &self.pair
     }
 
@@ -127,7 +129,7 @@ impl CompliantContact {
         shapes: [ContactShape<Dual64>; 2],
     ) -> Option<CompliantContact<Dual64>> {
         let Self { pair, frames, law } = self;
-        Some(CompliantContact { pair: Pair::alike(pair, shapes)?, frames: *frames, law: *law })
+        Some(CompliantContact { pair: ShapePair::alike(pair, shapes)?, frames: *frames, law: *law })
     }
 
     /// Its law.
@@ -373,7 +375,7 @@ impl<S: Number> CompliantContact<S> {
         S: Embed<T>,
     {
         let [a, b] = self.pair.shapes();
-        smooth_contact(feature, (a, &frames[0]), (b, &frames[1]))
+        smooth_contact(feature, a, &frames[0], b, &frames[1])
     }
 
     /// The force on B in space of the potential, all other force, and the slip.

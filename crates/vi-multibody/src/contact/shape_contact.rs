@@ -7,7 +7,8 @@ use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_rigid::directors::FRAME;
 use vi_rigid::gap::{
-    ContactPoint, ContactShape, GROUND, Pair, contact, displacement, row, smallest_gap, tangents,
+    ContactPoint, ContactShape, GROUND, ShapePair, contact, displacement, row, smallest_gap,
+    tangents,
 };
 
 /// Two shapes that touch.
@@ -18,7 +19,7 @@ pub struct ShapeContact {
     /// What its work is listed under.
     pub source: String,
     /// The shapes.
-    pub pair: Pair,
+    pub pair: ShapePair,
     /// The frames of both.
     pub frames: [FrameId; 2],
     /// Its law: with or without friction.

@@ -4,7 +4,7 @@
 //! compared with all. A feature is numbered by the two shapes and the feature of the pair, so that
 //! it keeps its number from step to step. Shapes on one frame do not touch.
 
-use super::broad_phase::{Bounds, BroadPhase};
+use super::broad_phase::{AxisBox, BroadPhase};
 use super::shape_contact::{Touching, frame};
 use crate::pair::joint::FrameId;
 use nalgebra::Vector3;
@@ -23,7 +23,7 @@ const MARGIN: f64 = 1e-6;
 #[derive(Debug)]
 pub struct ShapeGroup {
     name: String,
-    shapes: Vec<Member>,
+    shapes: Vec<GroupMember>,
     excluded: BTreeSet<(u32, u32)>,
     law: ContactLaw,
     size: f64, // m
@@ -32,7 +32,7 @@ pub struct ShapeGroup {
 }
 
 #[derive(Clone, Debug)]
-struct Member {
+struct GroupMember {
     frame: FrameId,
     shape: ContactShape,
     ball: Option<(Vector3<f64>, f64)>,
@@ -40,7 +40,7 @@ struct Member {
 
 #[derive(Debug, Default)]
 struct Scratch {
-    bounds: Vec<Option<Bounds>>,
+    bounds: Vec<Option<AxisBox>>,
     motions: Vec<f64>, // m  how far points of the shapes move
     pairs: Vec<(u32, u32)>,
     active: Vec<(u32, f64)>,
@@ -79,9 +79,9 @@ impl ShapeGroup {
             excluded.iter().map(|&(a, b)| (a.min(b) as u32, a.max(b) as u32)).collect();
         let members = shapes.into_iter().map(|(frame, shape)| {
             let ball = shape.ball();
-            Member { frame, shape, ball }
+            GroupMember { frame, shape, ball }
         });
-        let shapes: Vec<Member> = members.collect();
+        let shapes: Vec<GroupMember> = members.collect();
         let mut kinds: Vec<usize> = Vec::new(); // one shape of each kind
         for (k, own) in shapes.iter().enumerate() {
             let same = |other: &usize| features_alike(&shapes[*other].shape, &own.shape);
@@ -170,13 +170,13 @@ fn features_alike(a: &ContactShape, b: &ContactShape) -> bool {
 }
 
 /// Whether a shape is the only one of its kind.
-fn alone(shapes: &[Member], of: &ContactShape) -> bool {
+fn alone(shapes: &[GroupMember], of: &ContactShape) -> bool {
     shapes.iter().filter(|own| features_alike(&own.shape, of)).count() == 1
 }
 
-impl Member {
+impl GroupMember {
     /// The box about the motion of a step, and how far points of the shape move at most.
-    fn bounds(&self, s: &Interval, margin: f64) -> (Option<Bounds>, f64) {
+    fn bounds(&self, s: &Interval, margin: f64) -> (Option<AxisBox>, f64) {
         let ends = [&s.q0, &s.q1].map(|q| frame(self.frame, q));
         let far = self.shape.extent();
         let turn: f64 = (0..3).map(|i| (director(ends[1], i) - director(ends[0], i)).norm()).sum();
@@ -187,7 +187,7 @@ impl Member {
                 center(q) + turned(0) + turned(1) + turned(2)
             });
             let reach = Vector3::repeat(radius + margin);
-            Bounds { low: a.inf(&b) - reach, high: a.sup(&b) + reach }
+            AxisBox { low: a.inf(&b) - reach, high: a.sup(&b) + reach }
         });
         (bounds, moved)
     }

@@ -8,14 +8,14 @@
 //! ∂y/∂q = F_qᵀ w − (Σ λ_i D²g_i) w − (Σ ν_i D²g_i) a − γ_qᵀ ν,   ∂y/∂v̂ = F_vᵀ w − γ_vᵀ ν
 //! ∂y/∂θ = w·(F_θ − M_θ a − (Gᵀ)_θ λ) − ν·(γ_θ + G_θ a)
 //! ```
-//! `v̂` is that of [`NodeVelocity`], which passes `∂y/∂v̂` on. `γ_q` is zero where the second
+//! `v̂` is that of [`DifferentiatedVelocity`], which passes `∂y/∂v̂` on. `γ_q` is zero where the second
 //! derivatives of `g` are constant; of constraints along angles, as gears and prescribed motions of
 //! hinges, and of sums of rates it is left out, and they are refused. Of constraints on velocities
 //! `γ = DA[v̂] v̂ − ḃ`, and `∂A_i/∂q` stands for `D²g_i`, transposed in `∂y/∂q`.
 //! Redundant constraints: `λ` and `ν` of independent rows.
 #![allow(non_snake_case)] // F, G, M
 
-use super::velocity::{NodeMass, NodeVelocity, emit_minus_transposed};
+use super::velocity::{DifferentiatedVelocity, NodeMass, emit_minus_transposed};
 use super::{DesignError, MechanismTangent};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
@@ -32,7 +32,7 @@ use vi_core::{Configuration, Motion, State};
 /// `a` and `λ` at nodes with their derivatives.
 #[derive(Debug)]
 pub struct NodeAcceleration {
-    velocity: NodeVelocity,
+    velocity: DifferentiatedVelocity,
     v: Vec<f64>,      // n
     a: Vec<f64>,      // n
     lambda: Vec<f64>, // m
@@ -80,7 +80,7 @@ impl NodeAcceleration {
     ) -> Result<Self, DesignError> {
         let (n, m) = (mechanism.dim(), mechanism.len());
         Ok(Self {
-            velocity: NodeVelocity::new(mechanism, rows, tangents)?,
+            velocity: DifferentiatedVelocity::new(mechanism, rows, tangents)?,
             v: vec![0.0; n],
             a: vec![0.0; n],
             lambda: vec![0.0; m],

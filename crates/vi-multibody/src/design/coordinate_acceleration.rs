@@ -10,7 +10,7 @@
 
 use super::MovedCoordinate;
 use crate::constraint::joint_coordinate::{JointCoordinate, Value};
-use crate::geometry::form::Row;
+use crate::geometry::form::BilinearRow;
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
 
@@ -28,7 +28,7 @@ fn of_angle<T: Number>([s, s1, s2]: [T; 3], [c, c1, c2]: [T; 3]) -> T {
 }
 
 /// `(s, ṡ, s̈)` of a product of forms.
-fn motion<T: Number>(row: &Row<T>, [q, v, a]: [&[f64]; 3]) -> [T; 3] {
+fn motion<T: Number>(row: &BilinearRow<T>, [q, v, a]: [&[f64]; 3]) -> [T; 3] {
     let (mut rate, mut second) = (T::of(0.0), row.second(v, v));
     row.for_each_slope(q, |i, slope| {
         rate += slope * T::of(v[i]);
@@ -45,7 +45,7 @@ impl CoordinateAcceleration {
     }
 
     /// The rows it is made of, with the derivatives by the numbers of each.
-    fn parts(&self, at: [&[f64]; 3]) -> Vec<(&Row, [f64; 3])> {
+    fn parts(&self, at: [&[f64]; 3]) -> Vec<(&BilinearRow, [f64; 3])> {
         match &self.value {
             Value::Length(row) => vec![(row, [0.0, 0.0, 1.0])],
             Value::Angle { sine, cosine } => {

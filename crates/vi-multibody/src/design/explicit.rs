@@ -1,7 +1,7 @@
 //! What elements add to the derivative of the equations of a step by a parameter.
 
 use super::{EffortChange, EffortTangent, ForceChange, MechanismTangent, StepTangent};
-use crate::constraint::joint_coordinate::{Change, JointCoordinate, Value};
+use crate::constraint::joint_coordinate::{CoordinateChange, JointCoordinate, Value};
 use crate::force::spring::{Damper, Spring};
 use crate::geometry::form::Form;
 use crate::mechanism::Mechanism;
@@ -199,11 +199,11 @@ impl Explicit for PointDamper {
 }
 
 /// A force of its own, `f_d^-`, `f_d^+`.
-pub(super) struct Acting {
+pub(super) struct OwnForcePair {
     pub(super) force: Arc<dyn ForceChange>,
 }
 
-impl Explicit for Acting {
+impl Explicit for OwnForcePair {
     fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
@@ -220,11 +220,11 @@ impl Explicit for Acting {
 }
 
 /// An energy of its own, `−h D_1 U_d`, `−h D_2 U_d`.
-pub(super) struct Stored {
+pub(super) struct OwnEnergy {
     pub(super) potential: Arc<dyn DiscretePotential>,
 }
 
-impl Explicit for Stored {
+impl Explicit for OwnEnergy {
     fn emit(&self, at: Place<'_>, out: &mut dyn Sink) {
         let s = at.interval();
         let mut force = vec![0.0; s.q0.len()];
@@ -296,7 +296,7 @@ fn seen(coordinate: &JointCoordinate, at: Place<'_>) -> [f64; 2] {
     if let Place::Gauss(..) = at {
         return [coordinate.at(node(s)), coordinate.rate(&s.q0, &s.v_mid)];
     }
-    let Change { mean, difference } = coordinate.change(s);
+    let CoordinateChange { mean, difference } = coordinate.change(s);
     [mean, difference / s.h]
 }
 

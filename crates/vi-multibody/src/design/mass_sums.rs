@@ -15,13 +15,13 @@ use vi_core::Interval;
 
 /// The sums `W_ab` that parameters need.
 pub(super) struct MassSums {
-    members: Vec<Member>,
+    members: Vec<CoordinatePairs>,
     gravity: Vector3<f64>,
     count: usize,
 }
 
 /// Vectors of coordinates, and the pairs of them that count.
-struct Member {
+struct CoordinatePairs {
     offset: usize,
     dimension: usize,
     pairs: Vec<(usize, usize)>,
@@ -29,7 +29,7 @@ struct Member {
 }
 
 /// A parameter as a linear function of sums: which, and its factor.
-pub(super) type Factors = Vec<(usize, f64)>;
+pub(super) type SumFactors = Vec<(usize, f64)>;
 
 impl MassSums {
     /// Of parameters that change these masses, with their factors; sums are numbered from `first`.
@@ -37,7 +37,7 @@ impl MassSums {
         masses: impl Iterator<Item = Option<&'a Masses>> + Clone,
         gravity: Vector3<f64>,
         first: usize,
-    ) -> (Self, Vec<Factors>) {
+    ) -> (Self, Vec<SumFactors>) {
         let mut pairs: BTreeMap<(usize, usize), Vec<(usize, usize)>> = BTreeMap::new();
         for own in masses.clone().flatten() {
             own.for_each_mass(|offset, dimension, pair, _| {
@@ -50,12 +50,12 @@ impl MassSums {
         let (mut members, mut count) = (Vec::new(), 0);
         for ((offset, dimension), pairs) in pairs {
             let own = pairs.len();
-            members.push(Member { offset, dimension, pairs, first: first + count });
+            members.push(CoordinatePairs { offset, dimension, pairs, first: first + count });
             count += own;
         }
         let sums = Self { members, gravity, count };
         let factors = masses.map(|own| {
-            let mut factors = Factors::new();
+            let mut factors = SumFactors::new();
             if let Some(own) = own {
                 own.for_each_mass(|offset, _, pair, mass| {
                     factors.push((sums.place(offset, pair), mass));
@@ -83,7 +83,7 @@ impl MassSums {
     pub(super) fn add(&self, s: &Interval, costates: Costates<'_>, sums: &mut [f64]) {
         let Costates { step: mu, momentum, .. } = costates;
         let half = 0.5 * s.h;
-        for Member { offset, dimension, pairs, first } in &self.members {
+        for CoordinatePairs { offset, dimension, pairs, first } in &self.members {
             for (k, (a, b)) in pairs.iter().enumerate() {
                 let [a_first, b_first] = [a, b].map(|vector| offset + dimension * vector);
                 let mut W = 0.0;

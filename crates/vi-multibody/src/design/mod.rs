@@ -36,7 +36,7 @@ pub use moved_coordinate::MovedCoordinate;
 pub use signals::{SampledTangent, SignalTangent};
 pub use tangent::{
     BarTangent, BodyTangent, EffortChange, EffortTangent, ForceChange, JointTangent,
-    MechanismTangent, Reference, ScalarTangent, SideTangent, SpringTangent, StepTangent,
+    MechanismTangent, ReferenceTangent, ScalarTangent, SideTangent, SpringTangent, StepTangent,
     WholeForce,
 };
 
@@ -47,11 +47,11 @@ use crate::force::spring::Spring;
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::links_of_joints;
 use explicit::{
-    Acting, EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, OfElements, PointDamper,
-    PointSpring, Sink, Stored, Weight,
+    EffortOn, Explicit, ForceOfLoad, Masses, MovedEffort, OfElements, OwnEnergy, OwnForcePair,
+    PointDamper, PointSpring, Sink, Weight,
 };
-use mass_sums::{Factors, MassSums};
-use row_sums::RowSums;
+use mass_sums::{MassSums, SumFactors};
+use row_sums::ParameterRowSums;
 use rows::MovedRows;
 use side_sums::SideSums;
 use signal_forces::OfSignals;
@@ -92,13 +92,13 @@ pub enum DesignError {
 
 /// Derivatives of the equations of a step by parameters, each with the tangent of the numbers.
 pub struct MechanismDesign {
-    parameters: Vec<Parameter>,
+    parameters: Vec<ParameterEffects>,
     beside: Vec<usize>, // parameters that touch more than what is summed
     masses: MassSums,
-    products: RowSums,       // of the joints of the tree
-    closures: RowSums,       // of the others
-    sides: Option<SideSums>, // in the place of those of the tree
-    factors: Vec<Factors>,   // of each parameter
+    products: ParameterRowSums, // of the joints of the tree
+    closures: ParameterRowSums, // of the others
+    sides: Option<SideSums>,    // in the place of those of the tree
+    factors: Vec<SumFactors>,   // of each parameter
     works: Vec<WorkDesign>,
 }
 
@@ -110,7 +110,7 @@ struct WorkDesign {
 }
 
 /// What one parameter touches.
-struct Parameter {
+struct ParameterEffects {
     masses: Option<Masses>,
     products: MovedRows,
     elements: Vec<Box<dyn Explicit>>,
@@ -141,7 +141,7 @@ impl MechanismDesign {
     ) -> Result<Self, DesignError> {
         let numbers = Numbers { mechanism, forces, mass, quadrature };
         let parameters = tangents.iter().map(|tangent| numbers.parameter(tangent));
-        let parameters: Vec<Parameter> = parameters.collect::<Result<_, _>>()?;
+        let parameters: Vec<ParameterEffects> = parameters.collect::<Result<_, _>>()?;
         let (gravity, own) = (mechanism.description().gravity, parameters.len());
         let masses = parameters.iter().map(|parameter| parameter.masses.as_ref());
         let (masses, mut factors) = MassSums::of(masses, gravity, own);
@@ -152,7 +152,7 @@ impl MechanismDesign {
         };
         let mut first = own + masses.len();
         let [products, closures] = [true, false].map(|of_tree| {
-            let (sums, more) = RowSums::of(rows(of_tree), first);
+            let (sums, more) = ParameterRowSums::of(rows(of_tree), first);
             factors.iter_mut().zip(more).for_each(|(factors, more)| factors.extend(more));
             first += sums.len();
             sums
@@ -173,7 +173,8 @@ impl MechanismDesign {
     /// As of [`MechanismDesign::new`].
     pub fn with_works<'a>(
         mut self,
-        (mechanism, forces): (&Mechanism, &ForceElements),
+        mechanism: &Mechanism,
+        forces: &ForceElements,
         mass: &SparseMatrix,
         tangents: &[MechanismTangent],
         works: impl Iterator<Item = (usize, &'a str)>,
@@ -210,7 +211,7 @@ struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
-    fn parameter(&self, tangent: &MechanismTangent) -> Result<Parameter, DesignError> {
+    fn parameter(&self, tangent: &MechanismTangent) -> Result<ParameterEffects, DesignError> {
         let mut elements: Vec<Box<dyn Explicit>> = Vec::new();
         let gravity = self.mechanism.description().gravity;
         let masses = Masses::of(self.mechanism, tangent, gravity);
@@ -240,13 +241,13 @@ impl Numbers<'_> {
             elements.push(Box::new(ForceOfLoad { load: load.clone(), change: *change }));
         }
         for (_, force) in &tangent.forces {
-            elements.push(Box::new(Acting { force: force.clone() }));
+            elements.push(Box::new(OwnForcePair { force: force.clone() }));
         }
         for force in &tangent.energies {
-            elements.push(Box::new(Acting { force: force.clone() }));
+            elements.push(Box::new(OwnForcePair { force: force.clone() }));
         }
         for potential in &tangent.potentials {
-            elements.push(Box::new(Stored { potential: potential.clone() }));
+            elements.push(Box::new(OwnEnergy { potential: potential.clone() }));
         }
         let internal = tangent.elements.clone();
         if let Some(own) = internal.clone() {
@@ -257,7 +258,7 @@ impl Numbers<'_> {
             elements.push(Box::new(OfSignals::new(own, self.forces)));
         }
         let [products, rows] = MovedRows::of(self.mechanism, tangent)?.split();
-        Ok(Parameter { masses, products, elements, rows, internal, signals })
+        Ok(ParameterEffects { masses, products, elements, rows, internal, signals })
     }
 
     /// Springs and forces along joint coordinates: where their numbers change, or their joint.
@@ -350,7 +351,7 @@ impl Sink for Weighed<'_> {
     }
 }
 
-impl Parameter {
+impl ParameterEffects {
     fn changes_internal(&self) -> bool {
         self.internal.is_some() || self.signals.is_some()
     }
@@ -496,7 +497,7 @@ impl Design for MechanismDesign {
     }
 
     fn moves_constraints(&self) -> bool {
-        let moves = |own: &Parameter| !(own.products.is_empty() && own.rows.is_empty());
+        let moves = |own: &ParameterEffects| !(own.products.is_empty() && own.rows.is_empty());
         self.parameters.iter().any(moves)
     }
 

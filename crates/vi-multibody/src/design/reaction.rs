@@ -66,13 +66,13 @@ pub enum ForceNumber {
         /// `c`.
         factor: f64,
         /// Of what.
-        of: Rows,
+        of: ReactionRows,
     },
 }
 
 /// What rows of constraints are of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rows {
+pub enum ReactionRows {
     /// A bar of the description: `c = l`.
     Bar(usize),
     /// A scalar constraint of the description.
@@ -310,10 +310,10 @@ impl ForceNumber {
                     if moves { MovedRows::of(mechanism, tangent)? } else { MovedRows::default() };
                 return Ok(MovedForce { rows, joint, factor });
             }
-            Self::Rows { of: Rows::Bar(k), .. } => {
+            Self::Rows { of: ReactionRows::Bar(k), .. } => {
                 factor = tangent.bars.get(k).map_or(0.0, |own| own.length);
             }
-            Self::Rows { of: Rows::Scalar(k), .. } => {
+            Self::Rows { of: ReactionRows::Scalar(k), .. } => {
                 if let Some(ScalarTangent::Distance { length, .. }) = tangent.scalars.get(k) {
                     factor = *length;
                 }

@@ -9,8 +9,8 @@
 //! parameters.
 #![allow(non_snake_case)] // A, B
 
-use super::mass_sums::Factors;
-use crate::geometry::form::{Row, Term};
+use super::mass_sums::SumFactors;
+use crate::geometry::form::{BilinearRow, Term};
 use crate::geometry::products::{ProductRow, Products};
 use std::collections::BTreeMap;
 use vi_constraints::design::Costates;
@@ -30,7 +30,7 @@ enum Datum {
 
 /// The sums of some rows.
 #[derive(Default)]
-struct Group {
+struct SumGroup {
     products: Products,
     numbers: Vec<usize>,       // of the rows among all constraints
     data: Vec<(usize, Datum)>, // row of the group
@@ -38,13 +38,13 @@ struct Group {
 }
 
 /// The sums that parameters need.
-pub(super) struct RowSums {
-    groups: Vec<Group>,
+pub(super) struct ParameterRowSums {
+    groups: Vec<SumGroup>,
     count: usize,
 }
 
 /// Visits what changes of a row, with its derivative by the parameter.
-fn for_each_change(row: &Row<Dual64>, mut visit: impl FnMut(Datum, f64)) {
+fn for_each_change(row: &BilinearRow<Dual64>, mut visit: impl FnMut(Datum, f64)) {
     let mut visit = |datum, slope: f64| {
         if slope != 0.0 {
             visit(datum, slope);
@@ -61,28 +61,28 @@ fn for_each_change(row: &Row<Dual64>, mut visit: impl FnMut(Datum, f64)) {
     visit(Datum::Target, row.target.eps);
 }
 
-impl RowSums {
+impl ParameterRowSums {
     /// Of parameters that change these rows, each with its number among all constraints; with their
     /// factors. Sums are numbered from `first`.
     pub(super) fn of<'a, I>(
         rows: impl Iterator<Item = I> + Clone,
         first: usize,
-    ) -> (Self, Vec<Factors>)
+    ) -> (Self, Vec<SumFactors>)
     where
-        I: Iterator<Item = (usize, &'a Row<Dual64>)>,
+        I: Iterator<Item = (usize, &'a BilinearRow<Dual64>)>,
     {
-        let mut known: BTreeMap<(usize, Datum), (usize, &Row<Dual64>)> = BTreeMap::new();
+        let mut known: BTreeMap<(usize, Datum), (usize, &BilinearRow<Dual64>)> = BTreeMap::new();
         for (row, dual) in rows.clone().flatten() {
             for_each_change(dual, |datum, _| {
                 known.insert((row, datum), (0, dual));
             });
         }
-        let mut groups: Vec<Group> = Vec::new();
+        let mut groups: Vec<SumGroup> = Vec::new();
         for (place, (&(row, datum), (number, dual))) in known.iter_mut().enumerate() {
             *number = first + place;
             let last = groups.last_mut();
             if !last.is_some_and(|group| group.take(row, dual)) {
-                let mut group = Group { first: *number, ..Group::default() };
+                let mut group = SumGroup { first: *number, ..SumGroup::default() };
                 group.take(row, dual);
                 groups.push(group);
             }
@@ -91,7 +91,7 @@ impl RowSums {
             }
         }
         let factors = |own: I| {
-            let mut factors = Factors::new();
+            let mut factors = SumFactors::new();
             for (row, dual) in own {
                 for_each_change(dual, |datum, slope| factors.push((known[&(row, datum)].0, slope)));
             }
@@ -115,7 +115,7 @@ impl RowSums {
         sums: &mut [f64],
     ) {
         let mu = costates.step;
-        for Group { products, numbers, data, first } in &self.groups {
+        for SumGroup { products, numbers, data, first } in &self.groups {
             let [end, start] = [&s.q1, &s.q0].map(|q| products.values(q));
             let along = products.rates(mu);
             for (sum, &(k, datum)) in sums[*first..].iter_mut().zip(data) {
@@ -140,9 +140,9 @@ impl RowSums {
     }
 }
 
-impl Group {
+impl SumGroup {
     /// Whether it has the row, or takes it.
-    fn take(&mut self, row: usize, dual: &Row<Dual64>) -> bool {
+    fn take(&mut self, row: usize, dual: &BilinearRow<Dual64>) -> bool {
         self.numbers.last() == Some(&row)
             || (self.products.push(&dual.values()) && {
                 self.numbers.push(row);

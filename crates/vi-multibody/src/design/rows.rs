@@ -2,12 +2,12 @@
 
 use super::explicit::{Sink, moved_value};
 use super::moved_coordinate::MovedCoordinate;
-use super::{DesignError, MechanismTangent, Reference, ScalarTangent};
+use super::{DesignError, MechanismTangent, ReferenceTangent, ScalarTangent};
 use crate::constraint::joint_coordinate::{JointCoordinate, Value};
 use crate::constraint::rolling::Rolling;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::constraint::velocity_constraint::{VelocityConstraint, along_change, emit_wrench};
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use crate::mechanism::Mechanism;
 use crate::mechanism::description::BarEnd;
 use crate::pair::DegreeOfFreedom;
@@ -21,7 +21,7 @@ use vi_core::{Configuration, Interval, Motion};
 
 /// A row with its derivative.
 enum MovedRow {
-    Product(Box<Row<Dual64>>),
+    Product(Box<BilinearRow<Dual64>>),
     /// `θ_a + ρ θ_b − c`.
     Gear {
         a: Option<Box<Value<Dual64>>>,
@@ -33,7 +33,7 @@ enum MovedRow {
     /// `θ − θ_ref(t)`.
     Motion {
         value: Option<Box<Value<Dual64>>>,
-        reference: Option<Reference>,
+        reference: Option<ReferenceTangent>,
     },
     /// `n·(φ − o) − b − R_c c(a)`.
     Height(Arc<Rolling<Dual64>>),
@@ -128,7 +128,7 @@ impl MovedRow {
             Self::Slip(rolling, k) => {
                 let [force, torque] = rolling.row_of_slip(q, *k).map(|own| own.map(|x| x.eps));
                 let wrench = Twist::new(force, torque);
-                emit_wrench((q, rolling.frame), (0, 1.0), &wrench, &mut Visited(&mut visit));
+                emit_wrench(q, rolling.frame, 0, 1.0, &wrench, &mut Visited(&mut visit));
             }
             Self::Blade(forms) => {
                 let [direction, point] = &**forms;
@@ -182,7 +182,7 @@ impl MovedRows {
             };
             let between = description.bar_form(bar).with_tangent(&Form::constant(held));
             let length = Dual64::new(bar.length, change.length);
-            rows.push(mechanism.bar_rows(k).start, vec![Row::distance(&between, length)]);
+            rows.push(mechanism.bar_rows(k).start, vec![BilinearRow::distance(&between, length)]);
         }
         for k in 0..description.scalars.len() {
             rows.scalar(mechanism, tangent, k)?;
@@ -190,7 +190,7 @@ impl MovedRows {
         Ok(rows)
     }
 
-    fn push(&mut self, first: usize, rows: Vec<Row<Dual64>>) {
+    fn push(&mut self, first: usize, rows: Vec<BilinearRow<Dual64>>) {
         let rows = rows.into_iter().enumerate();
         self.0.extend(rows.map(|(i, row)| (first + i, MovedRow::Product(Box::new(row)))));
     }
@@ -218,7 +218,7 @@ impl MovedRows {
             (ScalarRow::Product(row), Some(ScalarTangent::Distance { between, length })) => {
                 let own = row.b.with_tangent(between);
                 let length = Dual64::new(row.target.sqrt(), *length);
-                self.push(first, vec![Row::distance(&own, length)]);
+                self.push(first, vec![BilinearRow::distance(&own, length)]);
             }
             (ScalarRow::Product(_), Some(ScalarTangent::Guide { joint, change })) => {
                 let dual = change.dual(joint);
@@ -281,7 +281,7 @@ impl MovedRows {
     }
 
     /// The rows that are products of forms.
-    pub(super) fn products(&self) -> impl Iterator<Item = (usize, &Row<Dual64>)> + Clone {
+    pub(super) fn products(&self) -> impl Iterator<Item = (usize, &BilinearRow<Dual64>)> + Clone {
         self.0.iter().filter_map(|(row, moved)| match moved {
             MovedRow::Product(product) => Some((*row, &**product)),
             _ => None,

@@ -8,7 +8,7 @@
 //! and the same by `δψ`; `x`, `y`: the vectors of `crate::sweep::moved_joints`. What a step costs
 //! does not depend on the number of parameters.
 
-use super::mass_sums::Factors;
+use super::mass_sums::SumFactors;
 use super::{JointTangent, MechanismTangent, SideTangent};
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::links_of_joints;
@@ -26,7 +26,7 @@ const RIGID: f64 = 1e-12;
 /// A number of a side: the first one of its vector among those of all links, and a component in the
 /// directors of its frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Datum {
+struct SideDatum {
     vector: usize,
     frame: Option<usize>, // None: the ground
     component: usize,
@@ -35,23 +35,23 @@ struct Datum {
 /// The sums that parameters need.
 #[derive(Debug)]
 pub(super) struct SideSums {
-    data: Vec<Datum>,
+    data: Vec<SideDatum>,
     first: usize, // of the sums
 }
 
 /// Of which links joints are, and how.
-struct Sides<'a> {
+struct JointSides<'a> {
     mechanism: &'a Mechanism,
     links: Vec<Option<usize>>,
 }
 
-impl Sides<'_> {
+impl JointSides<'_> {
     /// Visits what changes of the joints of the tree; `None` where one does not change as rigid
     /// sides do.
     fn for_each_change(
         &self,
         tangent: &MechanismTangent,
-        mut visit: impl FnMut(Datum, f64),
+        mut visit: impl FnMut(SideDatum, f64),
     ) -> Option<()> {
         for (&k, change) in &tangent.joints {
             let Some(link) = self.links[k] else { continue };
@@ -65,7 +65,7 @@ impl Sides<'_> {
         k: usize,
         link: usize,
         change: &JointTangent,
-        visit: &mut impl FnMut(Datum, f64),
+        visit: &mut impl FnMut(SideDatum, f64),
     ) -> Option<()> {
         let joint = &self.mechanism.description().joints[k];
         if joint.kind.is_free() {
@@ -83,7 +83,7 @@ impl Sides<'_> {
             };
             for (kind, by) in [change.anchor, turn(side, change)?].into_iter().enumerate() {
                 for (component, &by) in by.iter().enumerate().filter(|(_, by)| **by != 0.0) {
-                    visit(Datum { vector: first + 3 * kind, frame, component }, by);
+                    visit(SideDatum { vector: first + 3 * kind, frame, component }, by);
                 }
             }
         }
@@ -110,8 +110,8 @@ impl SideSums {
         mechanism: &Mechanism,
         tangents: &[MechanismTangent],
         first: usize,
-    ) -> Option<(Self, Vec<Factors>)> {
-        let sides = Sides { mechanism, links: links_of_joints(mechanism) };
+    ) -> Option<(Self, Vec<SumFactors>)> {
+        let sides = JointSides { mechanism, links: links_of_joints(mechanism) };
         let mut known = BTreeMap::new();
         for tangent in tangents {
             sides.for_each_change(tangent, |datum, _| {
@@ -122,7 +122,7 @@ impl SideSums {
         numbered.for_each(|(number, next)| *number = next);
         let mut all = Vec::with_capacity(tangents.len());
         for tangent in tangents {
-            let mut factors = Factors::new();
+            let mut factors = SumFactors::new();
             sides.for_each_change(tangent, |datum, by| factors.push((known[&datum], by)))?;
             all.push(factors);
         }
@@ -138,7 +138,7 @@ impl SideSums {
     pub(super) fn add(&self, s: &Interval, costates: Costates<'_>, sums: &mut [f64]) {
         let [start, end] = costates.moved;
         let own = sums[self.first..].iter_mut().zip(&self.data);
-        for (sum, &Datum { vector, frame, component }) in own {
+        for (sum, &SideDatum { vector, frame, component }) in own {
             let [x, y] = [start, end].map(|of| vector3(of, vector));
             *sum += match frame {
                 None => x[component] + y[component],

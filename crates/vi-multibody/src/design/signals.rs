@@ -76,7 +76,8 @@ impl SignalTangent {
         &self,
         parameter: usize,
         at: Motion<'_>,
-        (place, held): (usize, &[f64]),
+        place: usize,
+        held: &[f64],
     ) -> Option<SampledChange> {
         let own = self.sampled.iter().find(|own| own.place == place)?;
         let mut internal = vec![0.0; self.states.reading.first];
@@ -138,7 +139,7 @@ impl SignalTangent {
         });
         self.sampled.iter().for_each(|sampled| own[sampled.place] = sampled.start);
         let by = |place: usize, held: &[f64]| -> Vec<SampledChange> {
-            self.of_sample(0, at, (place, held)).into_iter().collect()
+            self.of_sample(0, at, place, held).into_iter().collect()
         };
         let changes = self.states.begin_changes(at, &by);
         for (out, change) in out[first..].iter_mut().zip(&changes) {

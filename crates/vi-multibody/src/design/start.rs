@@ -156,14 +156,14 @@ fn chosen_of(coordinates: &[StartCoordinate], places: &[usize]) -> Vec<StartCoor
 }
 
 /// `q`, `v` of a start, the matrix `[G; ∇x]` and what is beside it.
-struct Equations<'a> {
+struct StartEquations<'a> {
     mechanism: &'a Mechanism,
     rows: &'a IndependentRows,
     matrix: SparseMatrix,
     lu: SparseLu,
 }
 
-impl<'a> Equations<'a> {
+impl<'a> StartEquations<'a> {
     fn new(
         mechanism: &'a Mechanism,
         rows: &'a IndependentRows,
@@ -220,7 +220,7 @@ pub fn configuration(
     let (mut q, mut g) = (at.q.to_vec(), vec![0.0; mechanism.len()]);
     for _ in 0..ITERATIONS {
         let at = InitialValues::new(at.t, &q, at.v);
-        let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+        let mut equations = StartEquations::new(mechanism, rows, coordinates, at)?;
         mechanism.value(Configuration::new(at.t, &q), &mut g);
         let open = g.iter().map(|g| -g).collect();
         let left = coordinates.iter().zip(values).map(|(x, value)| x.left_to(*value, &q, own));
@@ -252,7 +252,7 @@ pub fn velocities(
 ) -> Result<Vec<f64>, StartDerivativeError> {
     let places = free_rates(mechanism, rows, at, coordinates)?;
     let free = chosen_of(coordinates, &places);
-    let mut equations = Equations::new(mechanism, rows, &free, at)?;
+    let mut equations = StartEquations::new(mechanism, rows, &free, at)?;
     let mut b = vec![0.0; mechanism.len()];
     mechanism.time_derivative(at.t, at.q, &mut b);
     b.iter_mut().for_each(|b| *b = -*b);
@@ -274,7 +274,7 @@ pub fn derivatives(
     tangents: &[MechanismTangent],
 ) -> Result<StartDerivatives, StartDerivativeError> {
     let of_positions = of_positions(mechanism, rows);
-    let mut equations = Equations::new(mechanism, &of_positions, coordinates, at)?;
+    let mut equations = StartEquations::new(mechanism, &of_positions, coordinates, at)?;
     let moved: Vec<MovedRows> =
         tangents.iter().map(|own| MovedRows::of(mechanism, own)).collect::<Result<_, _>>()?;
     let (m, count) = (mechanism.len(), coordinates.len());
@@ -305,7 +305,7 @@ pub fn derivatives(
     let free = chosen_of(coordinates, &places);
     let mut of_velocities = match free.len() == count {
         true => equations,
-        false => Equations::new(mechanism, rows, &free, at)?,
+        false => StartEquations::new(mechanism, rows, &free, at)?,
     };
     let mut columns = Vec::new();
     for (k, dq) in q.iter().enumerate() {
@@ -356,7 +356,7 @@ pub fn velocity(
     (tangent, dq): (&MechanismTangent, &[f64]),
     rates: &[f64],
 ) -> Result<Vec<f64>, StartDerivativeError> {
-    let mut equations = Equations::new(mechanism, rows, coordinates, at)?;
+    let mut equations = StartEquations::new(mechanism, rows, coordinates, at)?;
     let b = velocity_change(mechanism, &MovedRows::of(mechanism, tangent)?, at, dq);
     let z = coordinates
         .iter()

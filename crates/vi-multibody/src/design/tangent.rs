@@ -203,7 +203,7 @@ pub struct BarTangent {
 }
 
 /// `θ_ref` as a parameter changes it, with two derivatives in time.
-pub type Reference = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
+pub type ReferenceTangent = Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
 
 /// Of a scalar constraint.
 #[derive(Clone)]
@@ -230,7 +230,7 @@ pub enum ScalarTangent {
         target: f64,
     },
     /// Of a prescribed motion: of `θ_ref`.
-    Motion(Reference),
+    Motion(ReferenceTangent),
     /// Of what rolls: all of its numbers, each with its derivative.
     Rolling(Arc<Rolling<Dual64>>),
     /// Of a blade: of its direction and of its point, with their derivatives.

@@ -86,13 +86,13 @@ pub(super) fn emit_minus_transposed(
 }
 
 /// What a parameter changes of a velocity.
-struct Moved {
+struct MovedVelocity {
     masses: Option<Masses>,
     rows: MovedRows,
     elements: Option<Arc<dyn StepTangent>>,
 }
 
-impl Moved {
+impl MovedVelocity {
     /// `(A v̂)_θ`, shape `n`; `None` where nothing is added, or does not change.
     fn added(&self, at: Configuration<'_>, h: Option<f64>, v: &[f64]) -> Option<Vec<f64>> {
         let mut out = vec![0.0; v.len()];
@@ -128,9 +128,9 @@ impl VelocityChange {
 }
 
 /// `v̂` at nodes with its derivatives.
-pub struct NodeVelocity {
+pub struct DifferentiatedVelocity {
     saddle: SaddlePoint,
-    moved: Vec<Moved>,
+    moved: Vec<MovedVelocity>,
     added: Option<AddedMomentum>, // at the last node
     x: Vec<f64>,                  // n + r
     v: Vec<f64>,                  // n
@@ -141,13 +141,13 @@ pub struct NodeVelocity {
     b: Vec<f64>,                  // m
 }
 
-impl std::fmt::Debug for NodeVelocity {
+impl std::fmt::Debug for DifferentiatedVelocity {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("NodeVelocity").field("v", &self.v).finish_non_exhaustive()
     }
 }
 
-impl NodeVelocity {
+impl DifferentiatedVelocity {
     /// Of a mechanism with independent `rows`, by parameters along which its numbers change so.
     ///
     /// # Errors
@@ -161,7 +161,7 @@ impl NodeVelocity {
         let moved = tangents.iter().map(|own| {
             let masses = Masses::of(mechanism, own, Vector3::zeros());
             let (rows, elements) = (MovedRows::of(mechanism, own)?, own.elements.clone());
-            Ok(Moved { masses, rows, elements })
+            Ok(MovedVelocity { masses, rows, elements })
         });
         Ok(Self {
             saddle: SaddlePoint::new(n, rows.clone()),
@@ -210,12 +210,12 @@ impl NodeVelocity {
         Ok(&self.v)
     }
 
-    /// `δv̂` at the node of the last [`NodeVelocity::find`], shape `n`, where the configuration
+    /// `δv̂` at the node of the last [`DifferentiatedVelocity::find`], shape `n`, where the configuration
     /// changes by `dq`, the momentum by `dp`, internal variables by `dz`, which is not read where
     /// steps add nothing to `M`, and one of the parameters at the rate 1 if any does.
     ///
     /// # Errors
-    /// As of [`NodeVelocity::find`].
+    /// As of [`DifferentiatedVelocity::find`].
     pub fn change(
         &mut self,
         mechanism: &Mechanism,
@@ -254,10 +254,10 @@ impl NodeVelocity {
     }
 
     /// The change of `v̂` where the configuration changes by `dq` and the momentum by `dp`, with
-    /// its second changes along the `of_v` of the last [`NodeVelocity::pull`], at the same node.
+    /// its second changes along the `of_v` of the last [`DifferentiatedVelocity::pull`], at the same node.
     ///
     /// # Errors
-    /// As of [`NodeVelocity::find`].
+    /// As of [`DifferentiatedVelocity::find`].
     pub fn change_with_second(
         &mut self,
         mechanism: &Mechanism,
@@ -282,10 +282,10 @@ impl NodeVelocity {
     }
 
     /// `q ← q + (∂v̂/∂q)ᵀ of_v`, `p ← p + (∂v̂/∂p̄)ᵀ of_v` at the node of the last
-    /// [`NodeVelocity::find`], all of shape `n`.
+    /// [`DifferentiatedVelocity::find`], all of shape `n`.
     ///
     /// # Errors
-    /// As of [`NodeVelocity::find`].
+    /// As of [`DifferentiatedVelocity::find`].
     pub fn pull(
         &mut self,
         mechanism: &Mechanism,
@@ -315,7 +315,7 @@ impl NodeVelocity {
         Ok(())
     }
 
-    /// `z ← z + (∂v̂/∂z)ᵀ of_v` of the last [`NodeVelocity::pull`]; shape of the internal
+    /// `z ← z + (∂v̂/∂z)ᵀ of_v` of the last [`DifferentiatedVelocity::pull`]; shape of the internal
     /// variables.
     pub fn pull_internal(&self, z: &mut [f64]) {
         if let Some(added) = &self.added {
@@ -323,7 +323,7 @@ impl NodeVelocity {
         }
     }
 
-    /// The factors of the matrix at the node of the last [`NodeVelocity::find`].
+    /// The factors of the matrix at the node of the last [`DifferentiatedVelocity::find`].
     pub(super) fn saddle(&mut self) -> &mut SaddlePoint {
         &mut self.saddle
     }
@@ -337,7 +337,7 @@ impl NodeVelocity {
         [v, a, lambda]: [&[f64]; 3],
     ) -> f64 {
         let Self { moved, b, .. } = self;
-        let Some(Moved { masses, rows, .. }) = moved.get(parameter) else { return 0.0 };
+        let Some(MovedVelocity { masses, rows, .. }) = moved.get(parameter) else { return 0.0 };
         let mut sum = 0.0;
         if let Some(masses) = masses {
             masses.for_each_momentum(a, |i, momentum| sum -= w[i] * momentum);
@@ -349,12 +349,12 @@ impl NodeVelocity {
     }
 
     /// What a parameter adds at fixed `q` and `p̄` to the number along whose slope the last
-    /// [`NodeVelocity::pull`] was.
+    /// [`DifferentiatedVelocity::pull`] was.
     #[must_use]
     pub fn pulled_by_parameter(&mut self, at: Configuration<'_>, parameter: usize) -> f64 {
         let Self { moved, added, v, mu, w, nu, b, .. } = self;
         let Some(own) = moved.get(parameter) else { return 0.0 };
-        let Moved { masses, rows, .. } = own;
+        let MovedVelocity { masses, rows, .. } = own;
         let mut sum = 0.0;
         if let Some(changed) = own.added(at, added.as_ref().map(|own| own.h), v) {
             sum -= dot(&changed, w);

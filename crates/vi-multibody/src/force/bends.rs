@@ -95,7 +95,7 @@ fn by_length(reads: &(impl Reads + ?Sized), y: &[f64], h: f64) -> Vec<f64> {
 }
 
 /// A law at one place.
-pub(in crate::force) struct Evaluated<'a> {
+pub(in crate::force) struct LawEvaluation<'a> {
     /// `y`.
     pub(in crate::force) values: &'a [f64],
     /// `τ`.
@@ -106,7 +106,7 @@ pub(in crate::force) struct Evaluated<'a> {
     pub(in crate::force) bend: &'a dyn Fn(&[f64], &[f64], &mut [f64]),
 }
 
-impl Evaluated<'_> {
+impl LawEvaluation<'_> {
     /// Emits `scale ∂_i∂_jφ` [2.55].
     pub(in crate::force) fn emit(
         &self,
@@ -155,7 +155,8 @@ impl Evaluated<'_> {
         &self,
         reads: &(impl Reads + ?Sized),
         [q, v]: [&[f64]; 2],
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         mut out: [&mut [f64]; 2],
     ) {

@@ -10,9 +10,9 @@
 //!
 //! Source: Marsden & West 2001, part 3, for the discrete forces.
 
-use crate::force::bends::{Between, Evaluated, Pushes, Reads};
-use crate::force::law::evaluation::Work;
-use crate::force::law::{Input, Law, Reading};
+use crate::force::bends::{Between, LawEvaluation, Pushes, Reads};
+use crate::force::law::evaluation::EvaluationScratch;
+use crate::force::law::{Input, Law, ReadingLaw};
 use crate::geometry::six_coordinates::{Matrix6, SixCoordinates, SixGradients, Vector6};
 use nalgebra::DMatrix;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
@@ -69,13 +69,13 @@ pub struct SixForce {
     /// The coordinates.
     pub coordinates: SixCoordinates,
     /// What the six efforts follow from.
-    pub reading: Reading,
+    pub reading: ReadingLaw,
 }
 
 impl SixForce {
     /// A law with six efforts; of the coordinates and their rates it reads [`Input::Six`].
     #[must_use]
-    pub fn new(coordinates: SixCoordinates, reading: Reading) -> Self {
+    pub fn new(coordinates: SixCoordinates, reading: ReadingLaw) -> Self {
         let reading = reading.of_bushing(coordinates.clone());
         Self { coordinates, reading }
     }
@@ -116,7 +116,7 @@ impl SixForce {
     }
 
     /// `∂τ/∂ξ` and `∂τ/∂ξ̇`.
-    fn own_slopes(&self, work: &Work) -> [Matrix6; 2] {
+    fn own_slopes(&self, work: &EvaluationScratch) -> [Matrix6; 2] {
         let mut slopes = [Matrix6::zeros(); 2];
         for (j, input) in self.reading.inputs.iter().enumerate() {
             if let Input::Six(part) = input {
@@ -133,7 +133,7 @@ impl SixForce {
         &self,
         gradients: &SixGradients,
         scale: f64,
-        work: &Work,
+        work: &EvaluationScratch,
         each: impl Fn(&Input, &mut dyn FnMut(usize, f64)),
         out: &mut dyn Entries,
     ) {
@@ -156,7 +156,8 @@ impl SixForce {
     fn emit_along(
         &self,
         gradients: &SixGradients,
-        (scale, slopes): (f64, &[f64]),
+        scale: f64,
+        slopes: &[f64],
         column: usize,
         out: &mut dyn Entries,
     ) {
@@ -176,7 +177,8 @@ impl SixForce {
         &self,
         at: Motion<'_>,
         scale: f64,
-        (rates, far): (bool, &[f64]),
+        rates: bool,
+        far: &[f64],
         out: &mut dyn Entries,
     ) {
         self.reading.with_slopes_at_node(at, |work| {
@@ -307,13 +309,15 @@ impl SixForce {
     pub fn add_effort_bends(
         &self,
         at: Motion<'_>,
-        effort: (usize, f64),
+        effort: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         self.reading.with_slopes_at_node(at, |work| {
             let (place, reads) = ([at.q, at.v], self.reads());
-            self.reading.with_bends(work, |law| law.add(&reads, place, effort, changes, out));
+            self.reading
+                .with_bends(work, |law| law.add(&reads, place, effort, scale, changes, out));
         });
     }
 }
@@ -386,7 +390,7 @@ impl DiscreteForce for SixForce {
     fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(s.node(of));
         self.reading.for_each_internal(s, &mut |variable, slopes| {
-            self.emit_along(&gradients, (0.5 * s.h, slopes), variable, out);
+            self.emit_along(&gradients, 0.5 * s.h, slopes, variable, out);
         });
     }
 
@@ -421,7 +425,7 @@ impl DiscreteForce for SixForce {
 
     fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let far = seen_velocity(self.is_seen_from_ground(), at.v);
-        self.emit_position_slopes(at, scale, (self.coordinates.is_on_ground(), &far), out);
+        self.emit_position_slopes(at, scale, self.coordinates.is_on_ground(), &far, out);
     }
 
     fn acts_from_ground(&self) -> bool {
@@ -429,7 +433,7 @@ impl DiscreteForce for SixForce {
     }
 
     fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, scale, (true, at.v), out);
+        self.emit_position_slopes(at, scale, true, at.v, out);
     }
 
     fn add_damping(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
@@ -447,7 +451,7 @@ impl DiscreteForce for SixForce {
     fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         let gradients = self.coordinates.gradients(at.q);
         self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
-            self.emit_along(&gradients, (scale, slopes), variable, out);
+            self.emit_along(&gradients, scale, slopes, variable, out);
         });
     }
 
@@ -469,7 +473,7 @@ impl Force for SixForce {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        self.emit_position_slopes(Motion::new(t, q, v), scale, (true, v), out);
+        self.emit_position_slopes(Motion::new(t, q, v), scale, true, v, out);
     }
 
     fn add_velocity_derivative(
@@ -503,23 +507,17 @@ pub struct SixSpring {
 
 impl SixSpring {
     /// How its efforts follow from the coordinates, as a law of these.
-    fn with_bends(&self, slope: &Vector6, then: impl FnOnce(&SixReads<'_>, &Evaluated<'_>)) {
+    fn with_bends(&self, slope: &Vector6, then: impl FnOnce(&SixReads<'_>, &LawEvaluation<'_>)) {
         let inputs: Vec<Input> = (0..6).map(Input::Six).collect();
         let reads = SixReads { coordinates: &self.coordinates, inputs: &inputs };
         let slopes = DMatrix::from_column_slice(6, 6, self.stiffness.as_slice());
         let bend = |_: &[f64], _: &[f64], out: &mut [f64]| out.fill(0.0);
         let (values, efforts) = (&[], slope.as_slice()); // there is no rate
-        then(&reads, &Evaluated { values, efforts, slopes: &slopes, bend: &bend });
+        then(&reads, &LawEvaluation { values, efforts, slopes: &slopes, bend: &bend });
     }
 
     /// `q ← q + scale ∂²τ_k/∂q²` times a change of `q`, at a node.
-    pub fn add_effort_bends(
-        &self,
-        q: &[f64],
-        (k, scale): (usize, f64),
-        dq: &[f64],
-        out: &mut [f64],
-    ) {
+    pub fn add_effort_bends(&self, q: &[f64], k: usize, scale: f64, dq: &[f64], out: &mut [f64]) {
         let w = -scale * self.stiffness.row(k).transpose();
         self.coordinates.emit_second(q, &w, &mut Product { v: dq, out });
     }

@@ -11,9 +11,9 @@
 //! Each end carries the gradient of its own node: the work done is `τ Δθ` to second order, and the
 //! reaction on the parent is equal and opposite, so momentum maps stay exact.
 
-use super::bends::Evaluated;
+use super::bends::LawEvaluation;
 use super::law::Input;
-use crate::constraint::joint_coordinate::{Change, JointCoordinate};
+use crate::constraint::joint_coordinate::{CoordinateChange, JointCoordinate};
 use nalgebra::DMatrix;
 use std::sync::Arc;
 use vi_core::coordinate_force::{AlongUnknown, CoordinateForce, StepEffort};
@@ -97,7 +97,7 @@ impl DiscretePotential for JointSpring {
     fn add_hessian(&self, at: Configuration<'_>, scale: f64, out: &mut dyn Entries) {
         let (slope, stretch) = (scale * self.stiffness, self.coordinate.at(at) - self.rest);
         let slopes = EffortSlopes { by_coordinate: slope, by_rate: 0.0 };
-        self.coordinate.emit_effort_slopes((at.q, &[]), slope * stretch, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, &[], slope * stretch, slopes, out);
     }
     fn add_bend(
         &self,
@@ -139,7 +139,7 @@ impl CoordinateForce for JointSpring {
         true
     }
     fn change(&self, s: &Interval) -> [f64; 2] {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         [mean, difference]
     }
     fn rate(&self, q: &[f64], v: &[f64]) -> f64 {
@@ -338,12 +338,12 @@ pub struct JointForce<L> {
 
 impl<L: JointLaw> JointForce<L> {
     fn effort(&self, s: &Interval) -> f64 {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         self.law.effort(s.t_mid(), mean, difference / s.h)
     }
 
     fn in_step(&self, s: &Interval) -> StepEffort {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
         let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
         StepEffort { effort, slopes, bends: self.law.bends(t, mean, rate), rate }
@@ -367,15 +367,16 @@ impl<L: JointLaw> JointForce<L> {
         let reads =
             [Input::Coordinate(self.coordinate.clone()), Input::Rate(self.coordinate.clone())];
         let (values, efforts) = (&[coordinate, rate], &[effort]);
-        let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
-        law.add(&reads[..], [at.q, at.v], (0, scale), changes, out);
+        let law = LawEvaluation { values, efforts, slopes: &slopes, bend: &bend };
+        law.add(&reads[..], [at.q, at.v], 0, scale, changes, out);
     }
 
     /// Emits `scale ∂f/∂q`, with that of the rate or without.
     fn emit_position_slopes(
         &self,
         at: Motion<'_>,
-        (scale, with_rate): (f64, bool),
+        scale: f64,
+        with_rate: bool,
         out: &mut dyn Entries,
     ) {
         let (coordinate, rate) =
@@ -383,7 +384,7 @@ impl<L: JointLaw> JointForce<L> {
         let (effort, slopes) = self.law.effort_and_slopes(at.t, coordinate, rate);
         let by_rate = if with_rate { scale * slopes.by_rate } else { 0.0 };
         let slopes = EffortSlopes { by_coordinate: scale * slopes.by_coordinate, by_rate };
-        self.coordinate.emit_effort_slopes((at.q, at.v), scale * effort, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, at.v, scale * effort, slopes, out);
     }
 }
 
@@ -395,7 +396,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(&s.q1, 0.5 * s.h * self.effort(s), out);
     }
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (effort, slopes) = self.law.effort_and_slopes(s.t_mid(), mean, difference / s.h);
         if !self.law.is_given() {
             self.coordinate.emit_product(s.node(of), s.node(by), slopes.by_node(s.h, by), out);
@@ -405,7 +406,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         }
     }
     fn add_minus_d2(&self, s: &Interval, out: &mut dyn Entries) {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let slopes = self.law.slopes(s.t_mid(), mean, difference / s.h);
         let slope = slopes.by_unknown(s.h);
         self.coordinate.emit_slope(s, slope, out);
@@ -433,7 +434,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         change: StepChange,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         let (t, rate) = (s.t_mid(), difference / s.h);
         let (effort, slopes) = self.law.effort_and_slopes(t, mean, rate);
         let by_time = self.law.by_time(t, mean, rate).ok_or(NoTimeSlope)?;
@@ -461,26 +462,26 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
         self.coordinate.add_gradient(at.q, effort, out);
     }
     fn work(&self, s: &Interval, _scratch: &mut [f64]) -> f64 {
-        let (Change { mean, difference }, [start, end]) =
+        let (CoordinateChange { mean, difference }, [start, end]) =
             self.coordinate.change_and_rates(s, &s.v_mid);
         0.5 * s.h * self.law.effort(s.t_mid(), mean, difference / s.h) * (start + end)
     }
     fn add_stiffness(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, (scale, self.acts_from_ground()), out);
+        self.emit_position_slopes(at, scale, self.acts_from_ground(), out);
     }
     fn add_position_slope(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
-        self.emit_position_slopes(at, (scale, true), out);
+        self.emit_position_slopes(at, scale, true, out);
     }
     fn add_gauss_slopes(&self, at: Motion<'_>, [by_q, by_v]: [f64; 2], out: &mut dyn Entries) {
         if self.law.is_given() {
             if by_q != 0.0 {
                 let (effort, none) = (self.law.effort(at.t, 0.0, 0.0), EffortSlopes::default());
-                self.coordinate.emit_effort_slopes((at.q, &[]), by_q * effort, none, out);
+                self.coordinate.emit_effort_slopes(at.q, &[], by_q * effort, none, out);
             }
             return;
         }
         if by_q != 0.0 {
-            self.emit_position_slopes(at, (by_q, true), out);
+            self.emit_position_slopes(at, by_q, true, out);
         }
         if by_v != 0.0 {
             self.add_damping(at, by_v, out);
@@ -494,7 +495,7 @@ impl<L: JointLaw> DiscreteForce for JointForce<L> {
             (self.coordinate.at(at.configuration()), self.coordinate.rate(at.q, at.v));
         let by_coordinate = scale * self.law.slopes(at.t, coordinate, rate).by_rate;
         let slopes = EffortSlopes { by_coordinate, by_rate: 0.0 };
-        self.coordinate.emit_effort_slopes((at.q, at.v), 0.0, slopes, out);
+        self.coordinate.emit_effort_slopes(at.q, at.v, 0.0, slopes, out);
     }
     fn is_dissipative(&self) -> bool {
         self.law.is_dissipative()
@@ -534,7 +535,7 @@ impl<L: JointLaw> CoordinateForce for JointForce<L> {
         self.law.is_given()
     }
     fn change(&self, s: &Interval) -> [f64; 2] {
-        let Change { mean, difference } = self.coordinate.change(s);
+        let CoordinateChange { mean, difference } = self.coordinate.change(s);
         [mean, difference]
     }
     fn rate(&self, q: &[f64], v: &[f64]) -> f64 {

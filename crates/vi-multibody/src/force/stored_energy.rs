@@ -87,7 +87,7 @@ struct Gauss {
 
 /// What the rule finds on an interval.
 #[derive(Clone, Copy, Debug)]
-struct Sums {
+struct IntervalSums {
     integral: f64,
     modulus: f64, // ∫ |f|
     /// What a kink beyond the outer nodes may have hidden: how far the polynomial through the nodes
@@ -108,7 +108,7 @@ impl Gauss {
         Self { nodes, weights, at_start }
     }
 
-    fn of(&self, f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> Sums {
+    fn of(&self, f: &dyn Fn(f64) -> f64, a: f64, b: f64) -> IntervalSums {
         let length = b - a;
         let (mut integral, mut modulus, mut ends) = (0.0, 0.0, [f(a), f(b)]);
         let count = self.nodes.len();
@@ -120,7 +120,7 @@ impl Gauss {
             ends[1] -= self.at_start[count - 1 - k] * value;
         }
         let miss = ends[0].abs().max(ends[1].abs());
-        Sums { integral, modulus, hidden: 0.5 * self.nodes[0] * length.abs() * miss }
+        IntervalSums { integral, modulus, hidden: 0.5 * self.nodes[0] * length.abs() * miss }
     }
 
     /// `∫ f` from `a` to `b`: halves are added up from the left.

@@ -7,7 +7,7 @@
 //! ```
 //! The pair of a step passes along the line of the midpoint `D`: momentum maps are exact.
 
-use super::bends::{Evaluated, Pushes};
+use super::bends::{LawEvaluation, Pushes};
 use super::joint_force::{EffortSlopes, JointLaw};
 use super::law::{Input, Target};
 use crate::geometry::form::Form;
@@ -27,7 +27,7 @@ pub struct Tension {
 }
 
 /// Where the points are to each other.
-struct Line {
+struct TensionLine {
     length: f64,
     along: Vector3<f64>,    // e
     rate: f64,              // l̇
@@ -35,21 +35,23 @@ struct Line {
 }
 
 impl Tension {
-    fn line(&self, q: &[f64], v: &[f64]) -> Line {
+    fn line(&self, q: &[f64], v: &[f64]) -> TensionLine {
         let (d, velocity) = (self.between.at(q), self.between.rate(v));
         let length = d.norm();
         let along = d / length;
-        Line { length, along, rate: along.dot(&velocity), velocity }
+        TensionLine { length, along, rate: along.dot(&velocity), velocity }
     }
 
     /// `q ← q + scale ∂T/∂q`, `of_v ← of_v + scale ∂T/∂v`, both of shape `n`.
     pub fn add_tension_slopes(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
         scale: f64,
         [of_q, of_v]: [&mut [f64]; 2],
     ) {
-        let Line { length, along, rate, velocity } = self.line(q, v);
+        let TensionLine { length, along, rate, velocity } = self.line(q, v);
         let slopes = self.law.slopes(t, length, rate);
         let turning = (velocity - rate * along) / length;
         let by_position = slopes.by_coordinate * along + slopes.by_rate * turning;
@@ -60,10 +62,12 @@ impl Tension {
     /// With the law and its second derivatives, of the distance and its rate.
     fn with_bends(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
-        then: impl FnOnce((&[Input], &dyn Pushes), &Evaluated<'_>),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        then: impl FnOnce((&[Input], &dyn Pushes), &LawEvaluation<'_>),
     ) {
-        let Line { length, rate, .. } = self.line(q, v);
+        let TensionLine { length, rate, .. } = self.line(q, v);
         let (tension, EffortSlopes { by_coordinate, by_rate }) =
             self.law.effort_and_slopes(t, length, rate);
         let slopes = DMatrix::from_row_slice(1, 2, &[by_coordinate, by_rate]);
@@ -72,7 +76,7 @@ impl Tension {
         let reads = [Input::Length(self.between.clone()), Input::LengthRate(self.between.clone())];
         let target = Target::Points(self.between.clone());
         let (values, efforts) = (&[length, rate], &[tension]);
-        let law = Evaluated { values, efforts, slopes: &slopes, bend: &bend };
+        let law = LawEvaluation { values, efforts, slopes: &slopes, bend: &bend };
         then((&reads, &target), &law);
     }
 
@@ -84,22 +88,22 @@ impl Tension {
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
-        self.with_bends((t, q, v), |(reads, _), law| {
-            law.add(reads, [q, v], (0, scale), changes, out);
+        self.with_bends(t, q, v, |(reads, _), law| {
+            law.add(reads, [q, v], 0, scale, changes, out);
         });
     }
 
     /// `T`, N, and the rate of the distance, m/s.
     #[must_use]
     pub fn tension_and_rate(&self, t: f64, q: &[f64], v: &[f64]) -> [f64; 2] {
-        let Line { length, rate, .. } = self.line(q, v);
+        let TensionLine { length, rate, .. } = self.line(q, v);
         [self.law.effort(t, length, rate), rate]
     }
 }
 
 impl Force for Tension {
     fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
-        let Line { length, along, rate, .. } = self.line(q, v);
+        let TensionLine { length, along, rate, .. } = self.line(q, v);
         let tension = self.law.effort(t, length, rate);
         self.between.add_transposed(&(-scale * tension * along), out);
     }
@@ -115,7 +119,7 @@ impl Force for Tension {
         scale: f64,
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
-        let Line { length, along, rate, .. } = self.line(q, v);
+        let TensionLine { length, along, rate, .. } = self.line(q, v);
         let slope = self.law.by_time(t, length, rate).ok_or(NoTimeSlope)?;
         self.between.add_transposed(&(-scale * slope * along), out);
         Ok(())
@@ -127,7 +131,7 @@ impl Force for Tension {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let Line { length, along, rate, velocity } = self.line(q, v);
+        let TensionLine { length, along, rate, velocity } = self.line(q, v);
         let (tension, slopes) = self.law.effort_and_slopes(t, length, rate);
         let outer = along * along.transpose();
         let turning = (velocity - rate * along) / length;
@@ -143,7 +147,7 @@ impl Force for Tension {
         scale: f64,
         out: &mut dyn Entries,
     ) {
-        let Line { length, along, rate, .. } = self.line(q, v);
+        let TensionLine { length, along, rate, .. } = self.line(q, v);
         let slope = self.law.slopes(t, length, rate).by_rate;
         self.between.emit_congruence(&(-scale * slope * along * along.transpose()), out);
     }
@@ -155,7 +159,7 @@ impl Force for Tension {
         by: [f64; 4],
         out: &mut dyn Entries,
     ) {
-        self.with_bends((t, q, v), |own, law| law.emit_at_node(own, [q, v, z], by, out));
+        self.with_bends(t, q, v, |own, law| law.emit_at_node(own, [q, v, z], by, out));
     }
 
     fn acts_from_ground(&self) -> bool {

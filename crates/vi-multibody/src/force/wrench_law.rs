@@ -14,7 +14,7 @@
 #![allow(non_snake_case)] // B, X: the letters above
 
 pub use super::acts_on::ActsOn;
-use crate::force::bends::{Evaluated, Pushes};
+use crate::force::bends::{LawEvaluation, Pushes};
 use crate::force::law::{Input, Target};
 use crate::geometry::form::Form;
 use crate::geometry::rotation_vector::RotationVector;
@@ -30,7 +30,7 @@ use vi_rigid::directors::{self, FRAME, director};
 pub const INPUTS: usize = 10;
 /// `∂(f, τ)/∂y`.
 pub type WrenchSlopes = SMatrix<f64, 6, INPUTS>;
-type Rows = SMatrix<f64, INPUTS, FRAME>;
+type WrenchRows = SMatrix<f64, INPUTS, FRAME>;
 
 /// A force (N) and a torque (N·m) by time and motion.
 pub trait WrenchLaw: Send + Sync {
@@ -95,8 +95,8 @@ impl WrenchForce {
     }
 
     /// Its derivative by an end.
-    fn rows_in_step(&self, s: &Interval, node: Slot) -> Rows {
-        let mut rows = Rows::zeros();
+    fn rows_in_step(&self, s: &Interval, node: Slot) -> WrenchRows {
+        let mut rows = WrenchRows::zeros();
         self.on.point_rows(0.5, 1, &mut rows);
         self.on.point_rows(node.sign() / s.h, 4, &mut rows);
         if matches!(self.on, ActsOn::Frame { .. }) {
@@ -118,8 +118,11 @@ impl WrenchForce {
     /// node, both of shape `n`.
     pub fn add_effort_slopes(
         &self,
-        (t, q, v): (f64, &[f64], &[f64]),
-        (k, scale): (usize, f64),
+        t: f64,
+        q: &[f64],
+        v: &[f64],
+        k: usize,
+        scale: f64,
         out: [&mut [f64]; 2],
     ) {
         let (own, rate) = (self.on.own(q), self.on.own(v));
@@ -136,8 +139,8 @@ impl WrenchForce {
     }
 
     /// `∂y/∂q` at a node.
-    fn rows_by_position(&self, rate: &[f64; FRAME]) -> Rows {
-        let mut rows = Rows::zeros();
+    fn rows_by_position(&self, rate: &[f64; FRAME]) -> WrenchRows {
+        let mut rows = WrenchRows::zeros();
         self.on.point_rows(1.0, 1, &mut rows);
         for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
             let by = -0.5 * director(rate, i).cross_matrix(); // ½ δd × ḋ
@@ -147,8 +150,8 @@ impl WrenchForce {
     }
 
     /// `∂y/∂v` at a node.
-    fn rows_by_velocity(&self, own: &[f64; FRAME]) -> Rows {
-        let mut rows = Rows::zeros();
+    fn rows_by_velocity(&self, own: &[f64; FRAME]) -> WrenchRows {
+        let mut rows = WrenchRows::zeros();
         self.on.point_rows(1.0, 4, &mut rows);
         for i in (0..3).filter(|_| matches!(self.on, ActsOn::Frame { .. })) {
             let by = 0.5 * director(own, i).cross_matrix();
@@ -171,7 +174,7 @@ impl WrenchForce {
         &self,
         y: &[f64; INPUTS],
         own: &[f64; FRAME],
-        rows: &Rows,
+        rows: &WrenchRows,
         share: f64,
     ) -> SMatrix<f64, 6, FRAME> {
         let mut slopes = WrenchSlopes::zeros();
@@ -203,7 +206,7 @@ impl WrenchForce {
     fn with_bends(
         &self,
         y: &[f64; INPUTS],
-        then: impl FnOnce((&[Input], &dyn Pushes), &Evaluated<'_>),
+        then: impl FnOnce((&[Input], &dyn Pushes), &LawEvaluation<'_>),
     ) {
         let mut slopes = WrenchSlopes::zeros();
         let efforts = self.law.gradient(y, &mut slopes);
@@ -212,7 +215,7 @@ impl WrenchForce {
         let (reads, target) = (self.reads(), Target::Member(self.on.clone()));
         then(
             (&reads, &target),
-            &Evaluated { values: y, efforts: &efforts, slopes: &slopes, bend: &bend },
+            &LawEvaluation { values: y, efforts: &efforts, slopes: &slopes, bend: &bend },
         );
     }
 
@@ -221,12 +224,12 @@ impl WrenchForce {
     pub fn add_effort_bends(
         &self,
         (t, q, v): (f64, &[f64], &[f64]),
-        effort: (usize, f64),
+        (effort, scale): (usize, f64),
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         let y = self.at_node(t, &self.on.own(q), &self.on.own(v));
-        self.with_bends(&y, |(reads, _), law| law.add(reads, [q, v], effort, changes, out));
+        self.with_bends(&y, |(reads, _), law| law.add(reads, [q, v], effort, scale, changes, out));
     }
 
     /// Half the impulse of a step with the directors of the end `q`.
@@ -393,9 +396,9 @@ mod tests {
     use vi_testkit::{bend_error, slope_error};
 
     /// Of all inputs, with curvature.
-    struct Curved;
+    struct CurvedWrench;
 
-    impl WrenchLaw for Curved {
+    impl WrenchLaw for CurvedWrench {
         fn evaluate(&self, y: &[f64; INPUTS]) -> [f64; 6] {
             std::array::from_fn(|k| {
                 (0..INPUTS)
@@ -440,7 +443,7 @@ mod tests {
             ActsOn::Frame { offset: 0, point, axes },
             ActsOn::Particle { offset: 0, dimension: 3 },
         ]
-        .map(|on| WrenchForce { on, law: Arc::new(Curved) })
+        .map(|on| WrenchForce { on, law: Arc::new(CurvedWrench) })
     }
 
     fn differences(n: usize, q: &[f64], f: impl Fn(&[f64]) -> Vec<f64>) -> DMatrix<f64> {

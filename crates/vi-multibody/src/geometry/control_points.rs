@@ -1,7 +1,7 @@
 //! The space of the control points of a step: a lane of a register holds a number of each of them,
 //! and the constants of the mechanism are in common.
 
-use super::members::Vector;
+use super::members::LanesVector;
 use super::space::{Space, Store};
 use std::marker::PhantomData;
 use vi_core::lanes::{Lanes, Register};
@@ -9,7 +9,7 @@ use vi_rigid::rotation;
 
 /// The control points of a step in registers of a kind.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ControlPoints<R>(pub(crate) R);
+pub(crate) struct PointRegisters<R>(pub(crate) R);
 
 /// What stands in memory.
 #[derive(Clone, Copy, Debug)]
@@ -17,13 +17,13 @@ pub(crate) struct Points<L>(PhantomData<L>);
 
 impl<L: Lanes> Store for Points<L> {
     type Number = L;
-    type Held = Vector<L>;
+    type Held = LanesVector<L>;
     type Constant = f64;
 }
 
-impl<R: Register> Space for ControlPoints<R> {
+impl<R: Register> Space for PointRegisters<R> {
     type Store = Points<R::Lanes>;
-    type Vector = Vector<R::Lanes>;
+    type Vector = LanesVector<R::Lanes>;
     type Check = R::Lanes;
 
     /// `P(q_j)ᵀ M P(q_j)`.
@@ -35,7 +35,7 @@ impl<R: Register> Space for ControlPoints<R> {
     }
 
     #[inline(always)]
-    fn vector(self, x: [f64; 3]) -> Vector<R::Lanes> {
+    fn vector(self, x: [f64; 3]) -> LanesVector<R::Lanes> {
         self.0.vector(x)
     }
 
@@ -45,27 +45,27 @@ impl<R: Register> Space for ControlPoints<R> {
     }
 
     #[inline(always)]
-    fn constant(self, x: &[f64; 3]) -> Vector<R::Lanes> {
+    fn constant(self, x: &[f64; 3]) -> LanesVector<R::Lanes> {
         self.0.vector(*x)
     }
 
     #[inline(always)]
-    fn take(self, held: &Vector<R::Lanes>) -> Vector<R::Lanes> {
+    fn take(self, held: &LanesVector<R::Lanes>) -> LanesVector<R::Lanes> {
         *held
     }
 
     #[inline(always)]
-    fn read(self, x: &[R::Lanes], first: usize) -> Vector<R::Lanes> {
+    fn read(self, x: &[R::Lanes], first: usize) -> LanesVector<R::Lanes> {
         self.0.read(x, first)
     }
 
     #[inline(always)]
-    fn read_frame(self, q: &[R::Lanes], first: usize) -> [Vector<R::Lanes>; 4] {
+    fn read_frame(self, q: &[R::Lanes], first: usize) -> [LanesVector<R::Lanes>; 4] {
         self.0.read_frame(q, first)
     }
 
     #[inline(always)]
-    fn write_frame(self, v: [Vector<R::Lanes>; 4], q: &mut [R::Lanes], first: usize) {
+    fn write_frame(self, v: [LanesVector<R::Lanes>; 4], q: &mut [R::Lanes], first: usize) {
         self.0.write_frame(v, q, first);
     }
 
@@ -82,7 +82,7 @@ impl<R: Register> Space for ControlPoints<R> {
     }
 
     #[inline(always)]
-    fn within(self, v: Vector<R::Lanes>, bound: f64) -> R::Lanes {
+    fn within(self, v: LanesVector<R::Lanes>, bound: f64) -> R::Lanes {
         self.0.within(v, bound)
     }
 

@@ -258,7 +258,7 @@ impl Form {
 
 /// A constraint `s (A·B − c) = 0`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row<T = f64> {
+pub struct BilinearRow<T = f64> {
     /// `s`.
     pub scale: f64,
     /// `A`.
@@ -269,7 +269,7 @@ pub struct Row<T = f64> {
     pub target: T,
 }
 
-impl<T: Number> Row<T> {
+impl<T: Number> BilinearRow<T> {
     /// `D²g[v, w]`.
     #[must_use]
     pub fn second(&self, v: &[f64], w: &[f64]) -> T {
@@ -312,15 +312,15 @@ impl<T: Number> Row<T> {
     }
 }
 
-impl Row<Dual64> {
+impl BilinearRow<Dual64> {
     /// The row without its derivative.
-    pub(crate) fn values(&self) -> Row {
+    pub(crate) fn values(&self) -> BilinearRow {
         let Self { scale, a, b, target } = self;
-        Row { scale: *scale, a: a.values(), b: b.values(), target: target.re }
+        BilinearRow { scale: *scale, a: a.values(), b: b.values(), target: target.re }
     }
 }
 
-impl Row {
+impl BilinearRow {
     /// `G(q) v`.
     #[must_use]
     pub fn rate(&self, q: &[f64], v: &[f64]) -> f64 {

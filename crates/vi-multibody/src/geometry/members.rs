@@ -10,22 +10,22 @@ use vi_rigid::rotation;
 
 /// Many trees: what stands in memory.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Each<L>(PhantomData<L>);
+pub(crate) struct EachMember<L>(PhantomData<L>);
 
-impl<L: Lanes> Store for Each<L> {
+impl<L: Lanes> Store for EachMember<L> {
     type Number = L;
-    type Held = Vector<L>;
+    type Held = LanesVector<L>;
     type Constant = L;
 }
 
 /// Three components, each in all lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Vector<L>(pub(crate) [L; 3]);
+pub(crate) struct LanesVector<L>(pub(crate) [L; 3]);
 
 /// A twist or a wrench, in all lanes.
-pub(crate) type Screw<L> = matrix::Screw<Vector<L>>;
+pub(crate) type LanesScrew<L> = matrix::Screw<LanesVector<L>>;
 
-impl<L: Lanes> Vector<L> {
+impl<L: Lanes> LanesVector<L> {
     /// Another vector in the first lane.
     #[inline(always)]
     pub(crate) fn with_first(self, x: &[f64; 3]) -> Self {
@@ -34,7 +34,7 @@ impl<L: Lanes> Vector<L> {
     }
 }
 
-impl<L: Lanes> Add for Vector<L> {
+impl<L: Lanes> Add for LanesVector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -43,7 +43,7 @@ impl<L: Lanes> Add for Vector<L> {
     }
 }
 
-impl<L: Lanes> Sub for Vector<L> {
+impl<L: Lanes> Sub for LanesVector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -52,7 +52,7 @@ impl<L: Lanes> Sub for Vector<L> {
     }
 }
 
-impl<L: Lanes> Mul<f64> for Vector<L> {
+impl<L: Lanes> Mul<f64> for LanesVector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -61,7 +61,7 @@ impl<L: Lanes> Mul<f64> for Vector<L> {
     }
 }
 
-impl<L: Lanes> Div<f64> for Vector<L> {
+impl<L: Lanes> Div<f64> for LanesVector<L> {
     type Output = Self;
 
     #[inline(always)]
@@ -72,7 +72,7 @@ impl<L: Lanes> Div<f64> for Vector<L> {
     }
 }
 
-impl<L: Lanes> space::Vector for Vector<L> {
+impl<L: Lanes> space::Vector for LanesVector<L> {
     type Number = L;
     type Held = Self;
 
@@ -109,8 +109,8 @@ impl<L: Lanes> space::Vector for Vector<L> {
 }
 
 impl<R: Register> Space for R {
-    type Store = Each<R::Lanes>;
-    type Vector = Vector<R::Lanes>;
+    type Store = EachMember<R::Lanes>;
+    type Vector = LanesVector<R::Lanes>;
     /// One where it fails.
     type Check = R::Lanes;
 
@@ -120,8 +120,8 @@ impl<R: Register> Space for R {
     }
 
     #[inline(always)]
-    fn vector(self, x: [f64; 3]) -> Vector<R::Lanes> {
-        Vector([self.splat(x[0]), self.splat(x[1]), self.splat(x[2])])
+    fn vector(self, x: [f64; 3]) -> LanesVector<R::Lanes> {
+        LanesVector([self.splat(x[0]), self.splat(x[1]), self.splat(x[2])])
     }
 
     #[inline(always)]
@@ -130,28 +130,28 @@ impl<R: Register> Space for R {
     }
 
     #[inline(always)]
-    fn constant(self, x: &[R::Lanes; 3]) -> Vector<R::Lanes> {
-        Vector(*x)
+    fn constant(self, x: &[R::Lanes; 3]) -> LanesVector<R::Lanes> {
+        LanesVector(*x)
     }
 
     #[inline(always)]
-    fn take(self, held: &Vector<R::Lanes>) -> Vector<R::Lanes> {
+    fn take(self, held: &LanesVector<R::Lanes>) -> LanesVector<R::Lanes> {
         *held
     }
 
     #[inline(always)]
-    fn read(self, x: &[R::Lanes], first: usize) -> Vector<R::Lanes> {
-        Vector([x[first], x[first + 1], x[first + 2]])
+    fn read(self, x: &[R::Lanes], first: usize) -> LanesVector<R::Lanes> {
+        LanesVector([x[first], x[first + 1], x[first + 2]])
     }
 
     #[inline(always)]
-    fn read_frame(self, q: &[R::Lanes], first: usize) -> [Vector<R::Lanes>; 4] {
+    fn read_frame(self, q: &[R::Lanes], first: usize) -> [LanesVector<R::Lanes>; 4] {
         let q = &q[first..first + 12];
         [self.read(q, 0), self.read(q, 3), self.read(q, 6), self.read(q, 9)]
     }
 
     #[inline(always)]
-    fn write_frame(self, v: [Vector<R::Lanes>; 4], q: &mut [R::Lanes], first: usize) {
+    fn write_frame(self, v: [LanesVector<R::Lanes>; 4], q: &mut [R::Lanes], first: usize) {
         q[first..first + 12].copy_from_slice([v[0].0, v[1].0, v[2].0, v[3].0].as_flattened());
     }
 
@@ -166,7 +166,7 @@ impl<R: Register> Space for R {
     }
 
     #[inline(always)]
-    fn within(self, v: Vector<R::Lanes>, bound: f64) -> R::Lanes {
+    fn within(self, v: LanesVector<R::Lanes>, bound: f64) -> R::Lanes {
         let (zero, one, bound) = (self.splat(0.0), self.splat(1.0), self.splat(bound));
         let [x, y, z] = three!(i => v.0[i].abs().if_at_most(bound, zero, one));
         x.larger(y).larger(z)

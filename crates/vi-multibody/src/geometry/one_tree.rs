@@ -2,7 +2,7 @@
 //!
 //! A [`Width`] says how four lanes are computed with: in a wide register of the processor, or one
 //! by one. Every operation acts on the lanes in the same order and without fused multiply-add, so
-//! that the width changes the speed and not a bit. The fourth lane is zero. [`Held`] is what stands
+//! that the width changes the speed and not a bit. The fourth lane is zero. [`HeldVector`] is what stands
 //! in memory.
 
 /// `[e(0), e(1), e(2)]`. Not by a closure: that would not be compiled for the width of its caller.
@@ -286,9 +286,9 @@ mod wide {
 /// Three numbers in memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(32))]
-pub(crate) struct Held([f64; 4]);
+pub(crate) struct HeldVector([f64; 4]);
 
-impl Held {
+impl HeldVector {
     #[inline(always)]
     pub(crate) fn xyz(&self) -> [f64; 3] {
         [self.0[0], self.0[1], self.0[2]]
@@ -301,7 +301,7 @@ pub(crate) struct One;
 
 impl Store for One {
     type Number = f64;
-    type Held = Held;
+    type Held = HeldVector;
     type Constant = f64;
 }
 
@@ -349,7 +349,7 @@ impl<W: Width> Xyz<W> {
 
 impl<W: Width> Vector for Xyz<W> {
     type Number = f64;
-    type Held = Held;
+    type Held = HeldVector;
 
     #[inline(always)]
     fn of(self, components: [f64; 3]) -> Self {
@@ -363,8 +363,8 @@ impl<W: Width> Vector for Xyz<W> {
     }
 
     #[inline(always)]
-    fn held(self) -> Held {
-        Held(self.w.split(self.v))
+    fn held(self) -> HeldVector {
+        HeldVector(self.w.split(self.v))
     }
 
     #[inline(always)]
@@ -453,7 +453,7 @@ impl<W: Width> Space for OneTree<W> {
     }
 
     #[inline(always)]
-    fn take(self, held: &Held) -> Xyz<W> {
+    fn take(self, held: &HeldVector) -> Xyz<W> {
         Xyz { v: self.0.join(held.0), w: self.0 }
     }
 

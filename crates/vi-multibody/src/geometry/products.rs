@@ -6,7 +6,7 @@
 //! Σ x_i D²g_i v  the same with the homogeneous parts at v
 //! ```
 
-use super::form::{Form, Row};
+use super::form::{BilinearRow, Form};
 use nalgebra::Vector3;
 
 /// The most forms: two for each of six rows.
@@ -32,7 +32,7 @@ pub(crate) struct ProductRow {
 
 impl Products {
     /// Adds a row; `false` where it has too many forms.
-    pub(crate) fn push(&mut self, row: &Row) -> bool {
+    pub(crate) fn push(&mut self, row: &BilinearRow) -> bool {
         let known = self.forms.len();
         let sides = [&row.a, &row.b].map(|form| {
             self.forms.iter().position(|own| own == form).unwrap_or_else(|| {
@@ -75,7 +75,7 @@ impl Products {
     }
 
     /// `out ← out + sign Σ x_i ∇g_i` of the values at `q`, or `Σ x_i D²g_i v` of the rates at `v`.
-    pub(crate) fn add_slopes(&self, values: &Vectors, (sign, x): (f64, &[f64]), out: &mut [f64]) {
+    pub(crate) fn add_slopes(&self, values: &Vectors, sign: f64, x: &[f64], out: &mut [f64]) {
         let mut forces = [Vector3::zeros(); MOST];
         for (ProductRow { scale, sides: [a, b] }, x) in self.rows.iter().zip(x) {
             let x = sign * scale * x;

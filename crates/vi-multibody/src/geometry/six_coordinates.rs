@@ -25,7 +25,7 @@ pub type Vector6 = SVector<f64, 6>;
 /// A matrix of six coordinates.
 pub type Matrix6 = SMatrix<f64, 6, 6>;
 /// A point and three axes: columns.
-type Frame = SMatrix<f64, 3, 4>;
+type PointAndAxes = SMatrix<f64, 3, 4>;
 /// A row for each coordinate of a frame, a column for each of the six.
 type Gradients = SMatrix<f64, FRAME, 6>;
 type Square24 = SMatrix<f64, 24, 24>;
@@ -38,14 +38,14 @@ pub const LARGEST_ANGLE: f64 = 3.0;
 pub struct AttachedFrame {
     offset: Option<usize>,
     map: Matrix4<f64>, // (X, a_1, a_2, a_3) = (φ, d_1, d_2, d_3) map
-    constant: Frame,
+    constant: PointAndAxes,
 }
 
 impl AttachedFrame {
     /// On the ground: a point (m) and axes, columns.
     #[must_use]
     pub fn on_ground(point: &Vector3<f64>, axes: &Matrix3<f64>) -> Self {
-        let mut constant = Frame::zeros();
+        let mut constant = PointAndAxes::zeros();
         constant.set_column(0, point);
         constant.fixed_view_mut::<3, 3>(0, 1).copy_from(axes);
         Self { offset: None, map: Matrix4::zeros(), constant }
@@ -59,7 +59,7 @@ impl AttachedFrame {
         map[(0, 0)] = 1.0;
         map.fixed_view_mut::<3, 1>(1, 0).copy_from(point);
         map.fixed_view_mut::<3, 3>(1, 1).copy_from(axes);
-        Self { offset: Some(offset), map, constant: Frame::zeros() }
+        Self { offset: Some(offset), map, constant: PointAndAxes::zeros() }
     }
 
     /// The first coordinate of its body and the map from there; `None` on the ground.
@@ -69,21 +69,21 @@ impl AttachedFrame {
 
     /// Point and axes on the ground.
     pub(crate) fn on_the_ground(&self) -> (Vector3<f64>, Matrix3<f64>) {
-        (self.constant.column(0).into_owned(), Placed::axes(&self.constant))
+        (self.constant.column(0).into_owned(), PlacedFrames::axes(&self.constant))
     }
 
-    fn at(&self, q: &[f64]) -> Frame {
+    fn at(&self, q: &[f64]) -> PointAndAxes {
         self.constant + self.rate(q)
     }
 
-    fn rate(&self, v: &[f64]) -> Frame {
-        self.offset.map_or_else(Frame::zeros, |offset| {
-            Frame::from_column_slice(&v[offset..offset + FRAME]) * self.map
+    fn rate(&self, v: &[f64]) -> PointAndAxes {
+        self.offset.map_or_else(PointAndAxes::zeros, |offset| {
+            PointAndAxes::from_column_slice(&v[offset..offset + FRAME]) * self.map
         })
     }
 
     /// The coordinates' share of a derivative by point and axes.
-    fn pulled(&self, by: &Frame) -> Frame {
+    fn pulled(&self, by: &PointAndAxes) -> PointAndAxes {
         by * self.map.transpose()
     }
 }
@@ -143,14 +143,14 @@ pub struct SixCoordinates {
 }
 
 /// Both frames in a configuration.
-struct Placed {
-    from: Frame,
-    to: Frame,
+struct PlacedFrames {
+    from: PointAndAxes,
+    to: PointAndAxes,
     turn: RotationVector,
 }
 
-impl Placed {
-    fn axes(frame: &Frame) -> Matrix3<f64> {
+impl PlacedFrames {
+    fn axes(frame: &PointAndAxes) -> Matrix3<f64> {
         frame.fixed_view::<3, 3>(0, 1).into_owned()
     }
 
@@ -205,15 +205,17 @@ impl SixCoordinates {
         self.from.offset.is_none() || self.to.offset.is_none()
     }
 
-    fn placed(&self, q: &[f64]) -> Placed {
+    fn placed(&self, q: &[f64]) -> PlacedFrames {
         let (from, to) = (self.from.at(q), self.to.at(q));
-        let turn = self.rotation.turn(&(Placed::axes(&from).transpose() * Placed::axes(&to)));
-        Placed { from, to, turn }
+        let turn =
+            self.rotation.turn(&(PlacedFrames::axes(&from).transpose() * PlacedFrames::axes(&to)));
+        PlacedFrames { from, to, turn }
     }
 
-    fn values(&self, t: f64, at: &Placed) -> Vector6 {
+    fn values(&self, t: f64, at: &PlacedFrames) -> Vector6 {
         let mut x = Vector6::zeros();
-        x.fixed_rows_mut::<3>(0).copy_from(&(Placed::axes(&at.from).transpose() * at.between()));
+        x.fixed_rows_mut::<3>(0)
+            .copy_from(&(PlacedFrames::axes(&at.from).transpose() * at.between()));
         x.fixed_rows_mut::<3>(3).copy_from(&at.turn.theta);
         if at.turn.theta.norm() > LARGEST_ANGLE {
             self.refuse(t, &mut x);
@@ -235,9 +237,13 @@ impl SixCoordinates {
     }
 
     /// Rates of displacement, of `s` and of `κ`, where frames move with these rates.
-    fn product_rates(&self, q: [&Frame; 2], v: [&Frame; 2]) -> (Vector3<f64>, Vector3<f64>, f64) {
-        let [a, b] = q.map(Placed::axes);
-        let [da, db] = v.map(Placed::axes);
+    fn product_rates(
+        &self,
+        q: [&PointAndAxes; 2],
+        v: [&PointAndAxes; 2],
+    ) -> (Vector3<f64>, Vector3<f64>, f64) {
+        let [a, b] = q.map(PlacedFrames::axes);
+        let [da, db] = v.map(PlacedFrames::axes);
         let (d, rate) = (q[1].column(0) - q[0].column(0), v[1].column(0) - v[0].column(0));
         let (s, cosine) = self.rotation.sine_cosine(&(da.transpose() * b + a.transpose() * db));
         (a.transpose() * rate + da.transpose() * d, s, cosine)
@@ -277,7 +283,7 @@ impl SixCoordinates {
     }
 
     /// `Σ w_i ∂ξ_i` by point and axes of both frames.
-    fn by_frames(&self, at: &Placed, w: &Vector6) -> [Frame; 2] {
+    fn by_frames(&self, at: &PlacedFrames, w: &Vector6) -> [PointAndAxes; 2] {
         let (force, torque) =
             (w.fixed_rows::<3>(0).into_owned(), w.fixed_rows::<3>(3).into_owned());
         let (c, d) = at.turn.transposed(&torque);
@@ -285,10 +291,15 @@ impl SixCoordinates {
     }
 
     /// The derivative of `Σ f_i ξ_i + Σ W_ij R_ij`, `i ≤ 3`, by point and axes of both frames.
-    fn by_products(&self, at: &Placed, f: &Vector3<f64>, w: &Matrix3<f64>) -> [Frame; 2] {
-        let [a, b] = [&at.from, &at.to].map(Placed::axes);
+    fn by_products(
+        &self,
+        at: &PlacedFrames,
+        f: &Vector3<f64>,
+        w: &Matrix3<f64>,
+    ) -> [PointAndAxes; 2] {
+        let [a, b] = [&at.from, &at.to].map(PlacedFrames::axes);
         let in_space = a * f;
-        let mut by = [Frame::zeros(); 2];
+        let mut by = [PointAndAxes::zeros(); 2];
         by[0].set_column(0, &-in_space);
         by[1].set_column(0, &in_space);
         let by_a = at.between() * f.transpose() + b * w.transpose();
@@ -358,7 +369,7 @@ impl SixCoordinates {
     }
 
     /// `Σ w_i ∇²ξ_i`, rows and columns by the coordinates of both frames.
-    fn second(&self, at: &Placed, w: &Vector6) -> Square24 {
+    fn second(&self, at: &PlacedFrames, w: &Vector6) -> Square24 {
         let (force, torque) =
             (w.fixed_rows::<3>(0).into_owned(), w.fixed_rows::<3>(3).into_owned());
         let mut by = Square24::zeros();
@@ -405,8 +416,8 @@ impl SixCoordinates {
     }
 
     /// `∂(s, κ)` by points and axes of both frames, columns; linear in these.
-    fn turn_rows(&self, frames: [&Frame; 2]) -> SMatrix<f64, 24, 4> {
-        let [a, b] = frames.map(Placed::axes);
+    fn turn_rows(&self, frames: [&PointAndAxes; 2]) -> SMatrix<f64, 24, 4> {
+        let [a, b] = frames.map(PlacedFrames::axes);
         let mut rows = SMatrix::<f64, 24, 4>::zeros();
         for k in 0..4 {
             let (c, d) = if k < 3 { (Vector3::ith(k, 1.0), 0.0) } else { (Vector3::zeros(), 1.0) };

@@ -7,7 +7,7 @@
 //! |---|---|---|
 //! | [`OneTree`](super::one_tree::OneTree) | `f64` | `x, y, z` in one register |
 //! | every [`Register`](vi_core::lanes::Register) | one number of each member | three registers |
-//! | [`ControlPoints`](super::control_points::ControlPoints) | one of each control point of a step | three registers |
+//! | [`PointRegisters`](super::control_points::PointRegisters) | one of each control point of a step | three registers |
 //!
 //! Every operation acts on the same numbers in the same order in the first two and is rounded by
 //! itself: a member of an ensemble has the bits of a tree that moves alone.

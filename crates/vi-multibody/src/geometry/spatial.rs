@@ -1,6 +1,6 @@
 //! 6×6 matrices on twists `(φ̇, ω)`, by 3×3 blocks.
 
-use crate::geometry::twist::{Transfer, Twist};
+use crate::geometry::twist::{Twist, TwistTransfer};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::rotation::skew;
 
@@ -88,37 +88,39 @@ impl SpatialMatrix {
 
     /// `Xᵀ A X'`.
     #[inline]
-    pub(crate) fn congruence(&self, left: &Transfer, right: &Transfer) -> Self {
+    pub(crate) fn congruence(&self, left: &TwistTransfer, right: &TwistTransfer) -> Self {
         self.times(right).transmitted(left)
     }
 
     /// `A X'`.
     #[inline]
-    pub(crate) fn times(&self, right: &Transfer) -> Self {
+    pub(crate) fn times(&self, right: &TwistTransfer) -> Self {
         let Self { ll, al, .. } = *self;
         match right {
-            Transfer::Rigid(b) => {
+            TwistTransfer::Rigid(b) => {
                 let (la, aa) = (times_minus_skew(&ll, b), times_minus_skew(&al, b));
                 Self { ll, la: la + self.la, al, aa: aa + self.aa }
             }
-            Transfer::Point(b) => {
+            TwistTransfer::Point(b) => {
                 Self { ll, la: times_minus_skew(&ll, b), al, aa: times_minus_skew(&al, b) }
             }
-            Transfer::None => Self::zero(),
+            TwistTransfer::None => Self::zero(),
         }
     }
 
     /// `Xᵀ A`.
     #[inline]
-    pub(crate) fn transmitted(&self, left: &Transfer) -> Self {
+    pub(crate) fn transmitted(&self, left: &TwistTransfer) -> Self {
         let Self { ll, la, .. } = *self;
         match left {
-            Transfer::Rigid(a) => {
+            TwistTransfer::Rigid(a) => {
                 let (al, aa) = (skew_times(a, &ll), skew_times(a, &la));
                 Self { ll, la, al: self.al + al, aa: self.aa + aa }
             }
-            Transfer::Point(a) => Self { ll, la, al: skew_times(a, &ll), aa: skew_times(a, &la) },
-            Transfer::None => Self::zero(),
+            TwistTransfer::Point(a) => {
+                Self { ll, la, al: skew_times(a, &ll), aa: skew_times(a, &la) }
+            }
+            TwistTransfer::None => Self::zero(),
         }
     }
 }

@@ -58,7 +58,7 @@ impl Twist {
 
 /// How the parent's twist enters the child's: `t² = X t¹ + …`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Transfer {
+pub enum TwistTransfer {
     /// `X = [I −â; 0 I]`: the child rotates with the parent.
     Rigid(
         /// `a`.
@@ -73,7 +73,7 @@ pub enum Transfer {
     None,
 }
 
-impl Transfer {
+impl TwistTransfer {
     /// `X t`.
     #[must_use]
     #[inline]

@@ -90,7 +90,7 @@ impl Constraints for Mechanism {
         }
     }
 
-    fn raise_floors(&self, q: &[f64], blocks: &mut [newton::Block]) {
+    fn raise_floors(&self, q: &[f64], blocks: &mut [newton::UnknownBlock]) {
         self.round_off.raise_floors(q, blocks);
     }
 

@@ -10,7 +10,7 @@ use crate::mechanism::Mechanism;
 use crate::mechanism::description::{Carried, Description};
 use crate::pair::Twist;
 use crate::pair::joint::{FrameId, Joint};
-use crate::tree::Link;
+use crate::tree::TreeLink;
 use nalgebra::Vector3;
 use std::ops::Range;
 
@@ -91,7 +91,7 @@ pub fn apply(
     let q = mechanism.initial_configuration();
     let links = mechanism.tree().links();
     let joints = &mechanism.description().joints;
-    let number = |link: &Link| if any { number_of(&link.joint, joints) } else { None };
+    let number = |link: &TreeLink| if any { number_of(&link.joint, joints) } else { None };
     let numbers: Vec<Option<usize>> = links.iter().map(number).collect();
     let mut still: Vec<bool> = description.bodies.iter().map(BodySpec::is_still).collect();
     for (link, number) in links.iter().zip(&numbers) {
@@ -186,7 +186,7 @@ fn number_of(link: &Joint, joints: &[Joint]) -> Option<usize> {
 /// `X t¹ + S τ`; a spherical joint at rest rotates with its parent.
 fn transmitted(
     mechanism: &Mechanism,
-    link: &Link,
+    link: &TreeLink,
     q: &[f64],
     twists: &[Twist],
     rates: &[f64],
@@ -207,7 +207,7 @@ fn transmitted(
     twist
 }
 
-fn check(joint: &Joint, link: &Link, rates: &[f64], still: bool) -> Result<(), RateError> {
+fn check(joint: &Joint, link: &TreeLink, rates: &[f64], still: bool) -> Result<(), RateError> {
     let (found, expected) = (rates.len(), joint.kind.dof());
     if expected == 0 || joint.kind.rotation_vector() == Some(0) {
         return Err(RateError::NoRates { pair: joint.kind.name() });

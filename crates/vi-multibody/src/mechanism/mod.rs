@@ -19,7 +19,7 @@ pub use nearly_redundant::{LOOP_TOLERANCE, NearlyRedundant};
 
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::scalar_constraint::ScalarRow;
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use crate::pair::joint::{FrameId, Joint};
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
@@ -32,7 +32,7 @@ use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::momentum_map::Momentum;
-use vi_core::newton::Block;
+use vi_core::newton::UnknownBlock;
 use vi_core::potential::LinearPotential;
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{Quadrature, SeparableSystem};
@@ -97,7 +97,9 @@ impl Mechanism {
         let bar_rows: Vec<_> = description
             .bars
             .iter()
-            .map(|bar| place(products(vec![Row::distance(&description.bar_form(bar), bar.length)])))
+            .map(|bar| {
+                place(products(vec![BilinearRow::distance(&description.bar_form(bar), bar.length)]))
+            })
             .collect();
         let scalar_rows = description.scalars.iter().map(|c| place(c.rows.clone())).collect();
         let other = |&row: &usize| {
@@ -226,7 +228,7 @@ impl Mechanism {
     }
 
     /// Raises the floors of increments for a step in which a body moves by a distance, m.
-    pub fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
+    pub fn raise_floors_by(&self, distance: f64, blocks: &mut [UnknownBlock]) {
         self.round_off.raise_floors_by(distance, blocks);
     }
 
@@ -563,6 +565,6 @@ fn joint_rows(joint: &Joint) -> Vec<ScalarRow> {
     rows
 }
 
-fn products(rows: Vec<Row>) -> Vec<ScalarRow> {
+fn products(rows: Vec<BilinearRow>) -> Vec<ScalarRow> {
     rows.into_iter().map(ScalarRow::Product).collect()
 }

@@ -8,7 +8,7 @@ use super::description::{BodySpec, Description};
 use crate::tree::particle::{Carrier, ParticleTree};
 use crate::tree::{FLOOR, Tree};
 use std::ops::Range;
-use vi_core::newton::Block;
+use vi_core::newton::UnknownBlock;
 
 /// Increments below this part of the coordinates are small: Newton's method calls `1e-9` of it
 /// round-off, some 50 ε.
@@ -54,7 +54,7 @@ impl RoundOff {
     }
 
     /// Raises the floors of the blocks at `q`.
-    pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [Block]) {
+    pub(super) fn raise_floors(&self, q: &[f64], blocks: &mut [UnknownBlock]) {
         let size = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let mut last = (usize::MAX, 0.0); // a point, its size
         self.raise(blocks, |Effect { point, .. }| {
@@ -67,7 +67,7 @@ impl RoundOff {
 
     /// Raises the floors of the blocks for a step over a distance, m: momenta are rounded to `ε` of
     /// themselves, and do not know increments any better than to `ε` of that.
-    pub(super) fn raise_floors_by(&self, distance: f64, blocks: &mut [Block]) {
+    pub(super) fn raise_floors_by(&self, distance: f64, blocks: &mut [UnknownBlock]) {
         if self.matters(distance) {
             self.raise(blocks, |_| distance);
         }
@@ -81,7 +81,7 @@ impl RoundOff {
 
     /// Raises the floors of the blocks, of whatever control point, where lengths are rounded as
     /// those of a size (m) are.
-    fn raise(&self, blocks: &mut [Block], mut size: impl FnMut(&Effect) -> f64) {
+    fn raise(&self, blocks: &mut [UnknownBlock], mut size: impl FnMut(&Effect) -> f64) {
         let count = self.increments.len();
         for block in blocks.iter_mut().filter(|block| !block.range.is_empty()) {
             let start = block.range.start;

@@ -9,7 +9,7 @@ use crate::mechanism::description::{BarEnd, Description};
 use crate::pair::PairKind;
 use crate::pair::joint::{FrameId, Joint, Side};
 use crate::tree::particle::{Bead, Carrier, ParticleTree};
-use crate::tree::{Link, Tree};
+use crate::tree::{Tree, TreeLink};
 use nalgebra::{Matrix3, Vector3};
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
@@ -38,7 +38,7 @@ pub(crate) fn span_bodies(description: &Description) -> (Tree, Vec<usize>) {
             }
             Some(k) => description.joints[k].reversed(),
         };
-        Link { frame: body, parent, joint, offset: 0 }
+        TreeLink { frame: body, parent, joint, offset: 0 }
     });
     (Tree::new(links.collect()), cut)
 }
@@ -126,7 +126,7 @@ impl BodyGraph {
     /// latest of its neighbours. Chains of loops are closed loop by loop so.
     fn most_joints_first(&self) -> Forest {
         let mut number = vec![None; self.bodies];
-        let mut met: Vec<Option<Met>> = vec![None; self.bodies];
+        let mut met: Vec<Option<WaitingBody>> = vec![None; self.bodies];
         let (mut branches, mut next_root, mut count) = (Vec::new(), 0, 0);
         let mut waiting = BinaryHeap::new(); // joints to the forest, the earlier first, the body
         let mut at = self.bodies;
@@ -136,8 +136,12 @@ impl BodyGraph {
                     continue;
                 }
                 let parent = number.get(at).copied().flatten();
-                let own =
-                    met[body].get_or_insert(Met { joints: 0, order: count, joint: k, parent });
+                let own = met[body].get_or_insert(WaitingBody {
+                    joints: 0,
+                    order: count,
+                    joint: k,
+                    parent,
+                });
                 (own.joints, own.joint, own.parent) = (own.joints + 1, k, parent);
                 waiting.push((own.joints, Reverse(own.order), body));
                 count += 1;
@@ -180,7 +184,7 @@ impl BodyGraph {
 
 /// A body that waits at the forest.
 #[derive(Clone, Copy)]
-struct Met {
+struct WaitingBody {
     joints: usize, // to the forest
     order: usize,  // when it was met first
     joint: usize,  // to the latest neighbour

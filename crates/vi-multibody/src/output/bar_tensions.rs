@@ -21,7 +21,7 @@ const NO_PART: f64 = 1e-8;
 
 /// The force in a bar, or of a scalar constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tension {
+pub struct BarTension {
     /// Of a bar, N: positive when it pulls its ends together. Of a scalar constraint, N or N·m.
     pub force: f64,
     /// Whether it is unique.
@@ -107,9 +107,9 @@ impl BarTensions {
     }
 
     /// That of bar `k` of the description.
-    pub(super) fn of(&self, k: usize) -> Tension {
+    pub(super) fn of(&self, k: usize) -> BarTension {
         let length = self.lengths[k];
         let unique = self.null.iter().all(|null| (length * null[k]).abs() < NO_PART);
-        Tension { force: length * self.lambda[k], unique }
+        BarTension { force: length * self.lambda[k], unique }
     }
 }

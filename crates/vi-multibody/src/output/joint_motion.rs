@@ -228,7 +228,7 @@ fn twist(q: &[f64], v: &[f64]) -> Twist {
 mod tests {
     use super::*;
     use crate::pair::joint::complete_axis;
-    use crate::pair::{Motion, PairKind};
+    use crate::pair::{FrameMotion, PairKind};
     use nalgebra::Rotation3;
 
     fn two_frames() -> Vec<f64> {
@@ -250,7 +250,7 @@ mod tests {
     /// Moves the child by the increments `u` of its joint.
     fn advance(joint: &Joint, q: &mut [f64], u: &[f64]) {
         let at = joint.configuration(q);
-        let motion = joint.kind.reparametrize(u, &Motion::rest(), &at).unwrap();
+        let motion = joint.kind.reparametrize(u, &FrameMotion::rest(), &at).unwrap();
         let center = directors::center(&q[12..]) + motion.translation;
         let triad = directors::triad(&q[12..]);
         let triad: Matrix3<f64> = triad + motion.rotation_minus_identity * triad;

@@ -79,7 +79,7 @@ impl JointWrenches {
             return Ok(());
         };
         closures.accept(mechanism.nearly_redundant());
-        closures.solve((q, c), &mut found.lambda)?;
+        closures.solve(q, c, &mut found.lambda)?;
         found.transmit(mechanism, q, Some(c), closures.constraints());
         *is_unique = !closures.null_part(&mut null.lambda);
         if !*is_unique {

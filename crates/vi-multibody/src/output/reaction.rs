@@ -26,8 +26,8 @@
 //! of their rows [5.32]: then a force is compared with one over the lever arm, a moment with one,
 //! and no unit plays a part.
 
+pub use super::bar_tensions::BarTension;
 use super::bar_tensions::BarTensions;
-pub use super::bar_tensions::Tension;
 use super::joint_wrenches::{JointWrenches, Transmitted};
 use crate::geometry::twist::Twist;
 use crate::mechanism::Mechanism;
@@ -95,10 +95,10 @@ pub struct Reactions {
     /// One for each joint of the description.
     pub joints: Vec<Reaction>,
     /// One for each bar of the description.
-    pub bars: Vec<Tension>,
+    pub bars: Vec<BarTension>,
     /// `−λ` of each row of the scalar constraints of the description, in the order of their rows:
     /// the generalized force along the gradient of the row.
-    pub scalars: Vec<Tension>,
+    pub scalars: Vec<BarTension>,
 }
 
 impl Reactions {
@@ -254,7 +254,7 @@ impl<'a> NodeReactions<'a> {
 
     /// Of bar `k` of the description.
     #[must_use]
-    pub fn bar(&self, k: usize) -> Tension {
+    pub fn bar(&self, k: usize) -> BarTension {
         if let Some(bars) = self.bars {
             return bars.of(k);
         }
@@ -265,7 +265,7 @@ impl<'a> NodeReactions<'a> {
 
     /// `−λ` of a constraint that is a row of the scalar constraints ([`Mechanism::scalar_rows`]).
     #[must_use]
-    pub fn scalar_row(&self, row: usize) -> Tension {
+    pub fn scalar_row(&self, row: usize) -> BarTension {
         self.tension(self.row_size(row), |at| -at.multiplier(row))
     }
 
@@ -277,7 +277,7 @@ impl<'a> NodeReactions<'a> {
         let Self { mechanism, q, .. } = *self;
         let (mut force, mut unique) = (Vector3::zeros(), [true; 3]);
         for row in mechanism.scalar_rows(k) {
-            let Tension { force: size, unique: own } = self.scalar_row(row);
+            let BarTension { force: size, unique: own } = self.scalar_row(row);
             let mut along = Vector3::zeros();
             mechanism.rows()[row - mechanism.len_internal()]
                 .for_each_wrench(q, |_, w| along += w.linear);
@@ -300,9 +300,9 @@ impl<'a> NodeReactions<'a> {
     }
 
     /// What multipliers make of a row of this size.
-    fn tension(&self, size: f64, of: impl Fn(Solution<'_>) -> f64) -> Tension {
+    fn tension(&self, size: f64, of: impl Fn(Solution<'_>) -> f64) -> BarTension {
         let unique = self.null().all(|null| size * of(null).abs() < NO_PART);
-        Tension { force: of(self.solution()), unique }
+        BarTension { force: of(self.solution()), unique }
     }
 }
 

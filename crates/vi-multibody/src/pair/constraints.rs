@@ -3,7 +3,7 @@
 
 use super::joint::{Joint, JointConfiguration};
 use super::thread;
-use crate::geometry::form::Row;
+use crate::geometry::form::BilinearRow;
 use nalgebra::Vector3;
 use vi_core::Number;
 
@@ -39,13 +39,14 @@ impl PairConstraint {
     }
 
     /// Its rows but the thread.
-    pub(crate) fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<Row<T>> {
-        let gap = |axis: usize| Row::product(joint.parent.axis(axis), joint.gap(), T::of(0.0));
+    pub(crate) fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<BilinearRow<T>> {
+        let gap =
+            |axis: usize| BilinearRow::product(joint.parent.axis(axis), joint.gap(), T::of(0.0));
         let axes = |[parent, child]: [usize; 2]| {
-            Row::product(joint.parent.axis(parent), joint.child.axis(child), T::of(0.0))
+            BilinearRow::product(joint.parent.axis(parent), joint.child.axis(child), T::of(0.0))
         };
         match self {
-            Self::NoGap => Row::vanishing(&joint.gap()),
+            Self::NoGap => BilinearRow::vanishing(&joint.gap()),
             Self::GapAlongAxis => vec![gap(0), gap(1)],
             Self::GapAcrossAxis => vec![gap(2)],
             Self::ParallelAxes => vec![axes([2, 0]), axes([2, 1])],

@@ -42,7 +42,7 @@ impl Side {
     /// configuration `q` of the frame (12 numbers).
     #[must_use]
     pub fn at(frame: FrameId, q: &[f64], point: &Vector3<f64>, axes: &Matrix3<f64>) -> Self {
-        Self::placed(frame, (&directors::center(q), &directors::triad(q)), point, axes)
+        Self::placed(frame, &directors::center(q), &directors::triad(q), point, axes)
     }
 
     /// The coordinates of the frame within `q` (all frames, 12 numbers each).
@@ -60,7 +60,8 @@ impl<T: Number> Side<T> {
     #[must_use]
     pub fn placed(
         frame: FrameId,
-        (center, triad): (&Vector3<T>, &Matrix3<T>),
+        center: &Vector3<T>,
+        triad: &Matrix3<T>,
         point: &Vector3<T>,
         axes: &Matrix3<T>,
     ) -> Self {

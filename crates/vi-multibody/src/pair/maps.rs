@@ -12,7 +12,7 @@
 
 use super::columns::{Act, Axis, Column, MotionSubspace};
 use super::joint::JointConfiguration;
-use super::{MAX_DOF, Motion, TooLarge, Transfer, Twist, VelocityMap};
+use super::{FrameMotion, MAX_DOF, TooLarge, Twist, TwistTransfer, VelocityMap};
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::rotation;
 
@@ -71,18 +71,18 @@ fn write(
     let turn = |k: usize| -> Vector3<f64> { tangent.column(k).into() };
     match motion {
         MotionSubspace::Spherical => {
-            map.begin(Transfer::Point(at.rho_parent()));
+            map.begin(TwistTransfer::Point(at.rho_parent()));
             let column = |omega: Vector3<f64>| Twist::new(at.rho_child().cross(&omega), omega);
             (0..3).for_each(|k| map.push(column(turn(k)))); // (82)
         }
         MotionSubspace::Free => {
-            map.begin(Transfer::None);
+            map.begin(TwistTransfer::None);
             let zero = Vector3::zeros();
             (0..3).for_each(|k| map.push(Twist::new(Vector3::ith(k, 1.0), zero)));
             (0..3).for_each(|k| map.push(Twist::new(zero, turn(k))));
         }
         _ => {
-            map.begin(Transfer::Rigid(at.c()));
+            map.begin(TwistTransfer::Rigid(at.c()));
             motion.columns().iter().for_each(|column| map.push(column.twist(at)));
         }
     }
@@ -119,9 +119,9 @@ pub(super) fn write_tangent(
 pub(super) fn reparametrize(
     motion: MotionSubspace,
     u: &[f64],
-    parent: &Motion,
+    parent: &FrameMotion,
     at: &JointConfiguration,
-) -> Result<Motion, TooLarge> {
+) -> Result<FrameMotion, TooLarge> {
     let vector = |k: usize| Vector3::new(u[k], u[k + 1], u[k + 2]);
     match motion {
         MotionSubspace::Spherical => {
@@ -129,12 +129,12 @@ pub(super) fn reparametrize(
             let turn = rotation::exp_minus_identity(&vector(0)); // (84)
             let translation = parent.translation + parent.rotation_minus_identity * at.rho_parent()
                 - turn * at.rho_child();
-            return Ok(Motion { translation, rotation_minus_identity: turn });
+            return Ok(FrameMotion { translation, rotation_minus_identity: turn });
         }
         MotionSubspace::Free => {
             check(vector(3).norm(), 3)?;
             let turn = rotation::exp_minus_identity(&vector(3)); // (61)
-            return Ok(Motion { translation: vector(0), rotation_minus_identity: turn });
+            return Ok(FrameMotion { translation: vector(0), rotation_minus_identity: turn });
         }
         _ => {}
     }

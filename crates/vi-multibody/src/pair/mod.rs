@@ -22,8 +22,8 @@
 //!
 //! `r` counts three rows, every product one; each row but the thread
 //! of a screw is of degree ≤ 2 in `q`. *Rigid by `a`* is
-//! `X = [I −â; 0 I]` ([`Transfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]`
-//! ([`Transfer::Point`]), a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the
+//! `X = [I −â; 0 I]` ([`TwistTransfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]`
+//! ([`TwistTransfer::Point`]), a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the
 //! pair maps: (76)–(86). The equations of R, C, P and E that the paper gives in its §5 are cited
 //! without a number.
 //!
@@ -90,10 +90,10 @@ pub mod symbol;
 pub mod thread;
 pub mod universal;
 
-pub use crate::geometry::twist::{Transfer, Twist};
-pub use motion::{Motion, VelocityMap};
+pub use crate::geometry::twist::{Twist, TwistTransfer};
+pub use motion::{FrameMotion, VelocityMap};
 
-use crate::geometry::form::Row;
+use crate::geometry::form::BilinearRow;
 use crate::pair::columns::{Act, Axis, Column, MotionSubspace};
 use crate::pair::constraints::PairConstraint;
 use crate::pair::joint::{Joint, JointConfiguration};
@@ -325,14 +325,14 @@ impl PairKind {
 
     /// The constraints `g_ex` but the thread of a screw.
     #[must_use]
-    pub fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<Row<T>> {
+    pub fn rows<T: Number>(self, joint: &Joint<T>) -> Vec<BilinearRow<T>> {
         self.properties().constraints.iter().flat_map(|group| group.rows(joint)).collect()
     }
 
     /// `X` and `S` at a configuration.
     #[must_use]
     pub fn velocity_map(self, at: &JointConfiguration) -> VelocityMap {
-        let mut map = VelocityMap::new(Transfer::None, &[]);
+        let mut map = VelocityMap::new(TwistTransfer::None, &[]);
         self.write_velocity_map(at, &mut map);
         map
     }
@@ -344,16 +344,16 @@ impl PairKind {
     pub fn reparametrize(
         self,
         u: &[f64],
-        parent: &Motion,
+        parent: &FrameMotion,
         at: &JointConfiguration,
-    ) -> Result<Motion, TooLarge> {
+    ) -> Result<FrameMotion, TooLarge> {
         maps::reparametrize(self.properties().motion, u, parent, at)
     }
 
     /// `X'` and `S'` at the new configuration.
     #[must_use]
     pub fn tangent(self, u: &[f64], at: &JointConfiguration) -> VelocityMap {
-        let mut map = VelocityMap::new(Transfer::None, &[]);
+        let mut map = VelocityMap::new(TwistTransfer::None, &[]);
         self.write_tangent(u, at, &mut map);
         map
     }

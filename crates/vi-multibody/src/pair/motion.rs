@@ -1,7 +1,7 @@
 //! Velocity maps of pairs, and motions of one step.
 
 use super::MAX_DOF;
-use crate::geometry::twist::{Transfer, Twist};
+use crate::geometry::twist::{Twist, TwistTransfer};
 use crate::pair::joint::JointConfiguration;
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VelocityMap {
     /// `X`.
-    pub transfer: Transfer,
+    pub transfer: TwistTransfer,
     /// Columns of `S`; the first `degrees of freedom` count.
     pub s: [Twist; MAX_DOF],
     /// Number of degrees of freedom.
@@ -20,7 +20,7 @@ impl VelocityMap {
     /// From `X` and the columns of `S`.
     #[must_use]
     #[inline(always)]
-    pub fn new(transfer: Transfer, columns: &[Twist]) -> Self {
+    pub fn new(transfer: TwistTransfer, columns: &[Twist]) -> Self {
         let mut s = [Twist::zero(); MAX_DOF];
         s[..columns.len()].copy_from_slice(columns);
         Self { transfer, s, dof: columns.len() }
@@ -28,7 +28,7 @@ impl VelocityMap {
 
     /// Becomes `X` without columns.
     #[inline]
-    pub(super) fn begin(&mut self, transfer: Transfer) {
+    pub(super) fn begin(&mut self, transfer: TwistTransfer) {
         (self.transfer, self.dof) = (transfer, 0);
     }
 
@@ -49,14 +49,14 @@ impl VelocityMap {
 
 /// Motion of a frame in one step, accurate relative to itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct FrameMotion {
     /// `Δφ`.
     pub translation: Vector3<f64>,
     /// `A − 1`.
     pub rotation_minus_identity: Matrix3<f64>,
 }
 
-impl Motion {
+impl FrameMotion {
     /// At rest (the ground).
     #[must_use]
     #[inline]

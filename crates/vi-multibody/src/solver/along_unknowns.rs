@@ -8,7 +8,7 @@ use vi_core::sparse::{Block, Product};
 
 /// What acts along an unknown.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Along {
+pub(super) struct EffortAlong {
     pub(super) unknown: SignedUnknown,
     pub(super) link: usize,
     pub(super) impulse: f64,    // (h/2) τ
@@ -17,7 +17,7 @@ pub(super) struct Along {
     pub(super) moved: f64,      // ∇θ(q_n)·μ_J
 }
 
-impl Along {
+impl EffortAlong {
     pub(super) fn of(own: AlongUnknown<'_>, at: &Workspace) -> Self {
         let unknown = own.unknown;
         let link = at.links.partition_point(|link| link.unknown <= unknown.index) - 1;

@@ -18,7 +18,7 @@ use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_constraints::{Constraints, NodalOperators};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Precision, largest_rotation};
+use vi_core::newton::{Fault, Precision, UnknownBlock, largest_rotation};
 use vi_core::predictor::Degree;
 use vi_core::sparse::{Entries, OuterProduct};
 use vi_core::state::Memory;
@@ -64,7 +64,7 @@ impl Subsystem {
     /// Its part of what is emitted over the coordinates of all members.
     pub(in crate::solver) fn emit(&self, matrix: &Emission<'_>, into: &mut dyn Entries) {
         let Self { q, u, .. } = self;
-        matrix(&mut Own { into, q: q.clone(), u: u.clone() });
+        matrix(&mut OwnEntries { into, q: q.clone(), u: u.clone() });
     }
 
     /// Its coordinates.
@@ -74,20 +74,20 @@ impl Subsystem {
 }
 
 /// Receives the entries between some coordinates, numbered from the first of them on.
-struct Own<'a> {
+struct OwnEntries<'a> {
     into: &'a mut dyn Entries,
     q: Range<usize>,
     u: Range<usize>,
 }
 
-impl Own<'_> {
+impl OwnEntries<'_> {
     fn place(&self, row: usize, column: usize) -> Option<(usize, usize)> {
         let own = self.q.contains(&row) && self.q.contains(&column);
         own.then(|| (row - self.q.start, column - self.q.start))
     }
 }
 
-impl Entries for Own<'_> {
+impl Entries for OwnEntries<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         if let Some((i, j)) = self.place(row, column) {
             self.into.add(i, j, value);
@@ -129,9 +129,9 @@ impl Entries for Own<'_> {
 
 /// [`NodalOperators`] of bodies and point masses side by side.
 #[derive(Debug)]
-pub(super) struct Beside<O: ?Sized> {
+pub(super) struct SideBySide<O: ?Sized> {
     parts: [OwnOperators<O>; 2],
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
 }
 
 /// The bodies, or the point masses.
@@ -148,7 +148,7 @@ impl<O: ?Sized> std::fmt::Debug for OwnOperators<O> {
     }
 }
 
-impl<O: NodalOperators + ?Sized> Beside<O> {
+impl<O: NodalOperators + ?Sized> SideBySide<O> {
     /// Of the operators of each share.
     pub(in crate::solver) fn new(shares: [Subsystem; 2], operators: [Box<O>; 2]) -> Self {
         let (mut blocks, mut first) = (Vec::new(), 0);
@@ -170,12 +170,12 @@ impl<O: NodalOperators + ?Sized> Beside<O> {
     }
 }
 
-impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
+impl<O: NodalOperators + ?Sized> NodalOperators for SideBySide<O> {
     fn dof(&self) -> usize {
         self.parts.iter().map(|part| part.operators.dof()).sum()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -275,7 +275,7 @@ impl<O: NodalOperators + ?Sized> NodalOperators for Beside<O> {
     }
 }
 
-impl<O: RateOperators + ?Sized> RateOperators for Beside<O> {
+impl<O: RateOperators + ?Sized> RateOperators for SideBySide<O> {
     fn stand(&mut self, s: &mut Interval, memory: &Memory, rest: &[f64]) -> Result<(), Fault> {
         for OwnOperators { share, s: own, operators, .. } in &mut self.parts {
             own.take_part(s, share.q.start);

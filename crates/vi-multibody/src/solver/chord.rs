@@ -13,7 +13,7 @@
 //!
 //! Source: C. T. Kelley, Iterative Methods for Linear and Nonlinear Equations, SIAM (1995), §5.4.1.
 
-use vi_core::newton::{Block, relative_size};
+use vi_core::newton::{UnknownBlock, relative_size};
 
 /// A first correction after which the matrix changes in no digit that the next one needs.
 const SMALL: f64 = 1e-6;
@@ -26,20 +26,20 @@ const RESOLUTION: f64 = 0.25 * f64::EPSILON;
 /// What the corrections of a step say of the factors that they were made with.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chord {
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     next: Vec<f64>, // d  the iterate after the last correction, where it was not damped
     side: Vec<f64>, // d  right-hand side
-    last: Option<Last>,
+    last: Option<LastCorrection>,
 }
 
 /// The last correction.
 #[derive(Clone, Copy, Debug)]
-struct Last {
+struct LastCorrection {
     size: f64,          // s_k
     ratio: Option<f64>, // ρ, from the second correction with the same factors on
 }
 
-impl Last {
+impl LastCorrection {
     /// What follows a correction of this size with the same factors, where it is kept.
     fn followed_by(self, size: f64) -> Option<Self> {
         let ratio = self.ratio.unwrap_or(f64::INFINITY).min(size / self.size);
@@ -52,7 +52,7 @@ impl Last {
 
 impl Chord {
     /// For the blocks of the unknowns.
-    pub(crate) fn new(blocks: &[Block]) -> Self {
+    pub(crate) fn new(blocks: &[UnknownBlock]) -> Self {
         let d = blocks.iter().map(|block| block.range.end).max().unwrap_or(0);
         Self { blocks: blocks.to_vec(), next: vec![0.0; d], side: vec![0.0; d], last: None }
     }
@@ -89,7 +89,8 @@ impl Chord {
 
     /// Takes in a correction at `u` with factors of that iterate.
     pub(crate) fn renew(&mut self, u: &[f64], correction: &[f64]) {
-        self.last = Some(Last { size: relative_size(&self.blocks, u, correction), ratio: None });
+        self.last =
+            Some(LastCorrection { size: relative_size(&self.blocks, u, correction), ratio: None });
         self.go_to(u, correction);
     }
 
@@ -109,14 +110,14 @@ mod tests {
     /// `x + c x² = 1`, with a count of the matrices.
     struct Parabola {
         c: f64,
-        blocks: [Block; 1],
+        blocks: [UnknownBlock; 1],
         chord: Chord,
         slope: f64,
         matrices: usize,
     }
 
     impl NewtonProblem for Parabola {
-        fn blocks(&self) -> &[Block] {
+        fn blocks(&self) -> &[UnknownBlock] {
             &self.blocks
         }
         fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
@@ -142,7 +143,7 @@ mod tests {
 
     /// The root, its error, iterations and matrices from a guess.
     fn solve(c: f64, guess: f64) -> (f64, usize, usize) {
-        let block = Block { kind: BlockKind::Position, range: 0..1, floor: 1e-8 };
+        let block = UnknownBlock { kind: BlockKind::Position, range: 0..1, floor: 1e-8 };
         let blocks = [block];
         let chord = Chord::new(&blocks);
         let mut problem = Parabola { c, blocks, chord, slope: 0.0, matrices: 0 };
@@ -166,7 +167,7 @@ mod tests {
 
     #[test]
     fn other_iterates_and_numbers_that_are_not_finite_need_a_matrix() {
-        let blocks = [Block { kind: BlockKind::Position, range: 0..2, floor: 1e-8 }];
+        let blocks = [UnknownBlock { kind: BlockKind::Position, range: 0..2, floor: 1e-8 }];
         let mut chord = Chord::new(&blocks);
         let (u, mut x) = ([1.0, 2.0], [1e-3, 1e-3]);
         let identity = |_: &mut [f64]| Ok::<(), Fault>(());

@@ -15,7 +15,7 @@ use vi_core::{Configuration, SeparableSystem};
 
 /// A joint coordinate during a step, and all that acts along it.
 #[derive(Clone, Copy, Debug)]
-struct Along {
+struct CoordinateInStep {
     unknown: SignedUnknown,
     link: usize,
     start: f64,   // θ(q_n)
@@ -27,12 +27,12 @@ struct Along {
 
 /// Times of a step, s.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::solver) struct Times {
+pub(in crate::solver) struct StepTimes {
     pub(in crate::solver) middle: f64,
     pub(in crate::solver) h: f64,
 }
 
-impl Times {
+impl StepTimes {
     pub(in crate::solver) fn of(s: &Interval) -> Self {
         Self { middle: s.t_mid(), h: s.h }
     }
@@ -41,14 +41,14 @@ impl Times {
 /// What acts along unknowns.
 #[derive(Clone, Debug)]
 pub(in crate::solver) struct Efforts {
-    all: Vec<Along>,
+    all: Vec<CoordinateInStep>,
     of: Vec<usize>, // where the coordinate of each of [`SeparableSystem::along_unknowns`] stands
     is_affine: bool,
 }
 
 impl Efforts {
     pub(in crate::solver) fn new(links: &[Link<One>], system: &SeparableSystem) -> Self {
-        let (mut all, mut of): (Vec<Along>, _) = (Vec::new(), Vec::new());
+        let (mut all, mut of): (Vec<CoordinateInStep>, _) = (Vec::new(), Vec::new());
         let mut known = vec![None; links.last().map_or(0, |last| last.unknown + 6)];
         for own in system.along_unknowns() {
             let unknown = own.unknown;
@@ -56,7 +56,7 @@ impl Efforts {
             if at == all.len() {
                 let link = links.partition_point(|link| link.unknown <= unknown.index) - 1;
                 let [start, mean, rate, impulse, slope] = [0.0; 5];
-                all.push(Along { unknown, link, start, mean, rate, impulse, slope });
+                all.push(CoordinateInStep { unknown, link, start, mean, rate, impulse, slope });
             }
             debug_assert_eq!(all[at].unknown, unknown, "one joint, one sign");
             of.push(at);
@@ -81,7 +81,7 @@ impl Efforts {
     pub(in crate::solver) fn evaluate(
         &mut self,
         system: &SeparableSystem,
-        Times { middle, h }: Times,
+        StepTimes { middle, h }: StepTimes,
         u: &[f64],
     ) {
         let Self { all, of, .. } = self;
@@ -107,7 +107,7 @@ impl Efforts {
     pub(in crate::solver) fn slopes(
         &mut self,
         system: &SeparableSystem,
-        Times { middle, h }: Times,
+        StepTimes { middle, h }: StepTimes,
         mut add: impl FnMut(usize, usize, f64),
     ) {
         self.all.iter_mut().for_each(|along| along.slope = 0.0);

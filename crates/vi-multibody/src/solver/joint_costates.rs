@@ -17,7 +17,7 @@
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::form::Term;
 use crate::geometry::products::{MOST, ProductRow, Products, Vectors};
-use crate::geometry::twist::{Transfer, Twist};
+use crate::geometry::twist::{Twist, TwistTransfer};
 use crate::mechanism::Mechanism;
 use crate::output::joint_wrenches::{Transmitted, links_of_joints};
 use crate::tree::Tree;
@@ -52,7 +52,7 @@ pub(super) struct JointCostates {
 #[derive(Debug)]
 pub(super) struct JointNodes {
     joints: Vec<TreeJoint>,
-    nodes: Vec<Node>,
+    nodes: Vec<JointNode>,
     transmitted: Transmitted,
     twists: Vec<Twist>, // of links
 }
@@ -71,7 +71,7 @@ struct TreeJoint {
 
 /// Where joints are, and how they transmit wrenches there.
 #[derive(Debug)]
-struct Node {
+struct JointNode {
     q: Vec<f64>,
     joints: Vec<JointPlace>,
 }
@@ -202,7 +202,7 @@ fn about(arm: &Vector3<f64>, wrench: &Twist) -> Twist {
     Twist::new(wrench.linear, wrench.angular - arm.cross(&wrench.linear))
 }
 
-impl Node {
+impl JointNode {
     fn new(mechanism: &Mechanism, joints: usize) -> Self {
         let values = [Vector3::zeros(); MOST];
         let place = JointPlace { values, arm: Vector3::zeros(), wrenches: Wrenches::default() };
@@ -224,7 +224,8 @@ impl Node {
         &self,
         joints: &[TreeJoint],
         transmitted: &mut Transmitted,
-        (mechanism, c): (&Mechanism, &[f64]),
+        mechanism: &Mechanism,
+        c: &[f64],
         x: &mut [f64],
     ) {
         transmitted.transmit(mechanism, &self.q, Some(c), &[]);
@@ -240,7 +241,7 @@ impl JointNodes {
     pub(super) fn new(mechanism: &Mechanism, nodes: usize) -> Self {
         let joints = TreeJoint::all(mechanism);
         Self {
-            nodes: (0..nodes).map(|_| Node::new(mechanism, joints.len())).collect(),
+            nodes: (0..nodes).map(|_| JointNode::new(mechanism, joints.len())).collect(),
             transmitted: Transmitted::none(mechanism),
             twists: vec![Twist::zero(); mechanism.tree().links().len()],
             joints,
@@ -260,14 +261,15 @@ impl JointNodes {
     pub(super) fn balance(
         &mut self,
         mechanism: &Mechanism,
-        (node, q): (usize, &[f64]),
+        node: usize,
+        q: &[f64],
         w: &mut [f64],
         impulse: &mut [f64],
     ) -> Result<(), Singular> {
-        self.press(mechanism, (node, q), w, impulse)?;
+        self.press(mechanism, node, q, w, impulse)?;
         for (joint, place) in self.joints.iter().zip(&self.nodes[node].joints) {
             let own = &impulse[joint.rows()];
-            joint.products.add_slopes(&place.values, (-1.0, own), w);
+            joint.products.add_slopes(&place.values, -1.0, own, w);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
                 thread.add_gradient(q, -last, w);
             }
@@ -280,7 +282,7 @@ impl JointNodes {
     pub(super) fn bend(&self, q: &[f64], [impulse, y]: [&[f64]; 2], mu: &[f64], a: &mut [f64]) {
         for joint in &self.joints {
             let own = &impulse[joint.rows()];
-            joint.products.add_slopes(&joint.products.rates(mu), (1.0, own), a);
+            joint.products.add_slopes(&joint.products.rates(mu), 1.0, own, a);
             if let (Some(thread), Some(last)) = (&joint.thread, own.last()) {
                 thread.add_bend(q, mu, *last, a);
             }
@@ -301,18 +303,18 @@ impl JointNodes {
     /// `μ` of rigid bodies with `G_J μ = r` of the joints, at a node; shape `n`.
     pub(super) fn spread(&mut self, tree: &Tree, node: usize, r: &[f64], mu: &mut [f64]) {
         let Self { joints, nodes, twists, .. } = self;
-        let Node { q, joints: places } = &nodes[node];
+        let JointNode { q, joints: places } = &nodes[node];
         twists.fill(Twist::zero());
         for (joint, place) in joints.iter().zip(places) {
             let at_anchor = Twist::from_vector(&place.wrenches.spread(&r[joint.rows()]));
-            twists[joint.link] = Transfer::Rigid(-place.arm).apply(&at_anchor);
+            twists[joint.link] = TwistTransfer::Rigid(-place.arm).apply(&at_anchor);
         }
         for (k, link) in tree.links().iter().enumerate() {
             let at = FRAME * link.frame;
             if let Some(parent) = link.parent {
                 let carrier = FRAME * tree.links()[parent].frame;
                 let arm = center(&q[at..]) - center(&q[carrier..]);
-                let carried = Transfer::Rigid(arm).apply(&twists[parent]);
+                let carried = TwistTransfer::Rigid(arm).apply(&twists[parent]);
                 twists[k].add_scaled(1.0, &carried);
             }
             let own = at..at + FRAME;
@@ -327,13 +329,14 @@ impl JointNodes {
     pub(super) fn press(
         &mut self,
         mechanism: &Mechanism,
-        (node, q): (usize, &[f64]),
+        node: usize,
+        q: &[f64],
         c: &[f64],
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { joints, nodes, transmitted, .. } = self;
         nodes[node].stand(joints, q)?;
-        nodes[node].solve(joints, transmitted, (mechanism, c), x);
+        nodes[node].solve(joints, transmitted, mechanism, c, x);
         Ok(())
     }
 }
@@ -358,7 +361,7 @@ impl JointCostates {
     /// [`Singular`] where the rows of a joint are not independent.
     pub(super) fn balance(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
         self.joints.go_back();
-        self.joints.balance(mechanism, (0, &s.q0), &mut self.start, &mut self.impulse)
+        self.joints.balance(mechanism, 0, &s.q0, &mut self.start, &mut self.impulse)
     }
 
     /// `μ` of rigid bodies with `G_J μ = r` of the joints at `q_n`, where `h λ_J` was found.
@@ -376,6 +379,6 @@ impl JointCostates {
     /// # Errors
     /// [`Singular`] where the rows of a joint are not independent.
     pub(super) fn press(&mut self, mechanism: &Mechanism, s: &Interval) -> Result<(), Singular> {
-        self.joints.press(mechanism, (1, &s.q1), &self.end, &mut self.rows)
+        self.joints.press(mechanism, 1, &s.q1, &self.end, &mut self.rows)
     }
 }

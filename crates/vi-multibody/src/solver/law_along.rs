@@ -10,42 +10,42 @@ use vi_core::SeparableSystem;
 use vi_core::configuration::Configuration;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
-use vi_core::quantity_effort::{Quantity, QuantityEffort};
+use vi_core::quantity_effort::{QuantityEffort, StepQuantity};
 
 /// A law during a step.
-pub(super) struct Along {
+pub(super) struct LawInStep {
     pub(super) force: usize, // index in the system
     pub(super) unknown: SignedUnknown,
     pub(super) link: usize,
-    pub(super) quantities: Vec<Quantity>,
+    pub(super) quantities: Vec<StepQuantity>,
     start: Vec<f64>,             // of those that are coordinates, at q_n
     y: Vec<f64>,                 // in the step
     pub(super) slopes: Vec<f64>, // dτ/dy
     pub(super) impulse: f64,     // (h/2) τ
     is_affine: bool,
-    first: First,
+    first: FirstEvaluation,
 }
 
 /// Where an affine law was evaluated in a step: once.
 #[derive(Default)]
-struct First {
+struct FirstEvaluation {
     is_known: bool,
     y: Vec<f64>,
     effort: f64,
 }
 
-impl Along {
+impl LawInStep {
     /// Whether a quantity is the coordinate along which the law acts, or its rate.
-    pub(super) fn is_own(&self, quantity: Quantity) -> bool {
-        matches!(quantity, Quantity::Coordinate(k) | Quantity::Rate(k) if k == self.unknown)
+    pub(super) fn is_own(&self, quantity: StepQuantity) -> bool {
+        matches!(quantity, StepQuantity::Coordinate(k) | StepQuantity::Rate(k) if k == self.unknown)
     }
 
     /// The derivative of `(h/2) τ` by an unknown, by way of one quantity.
     pub(super) fn by_unknown(&self, j: usize, h: f64) -> f64 {
         match self.quantities[j] {
-            Quantity::Coordinate(k) => 0.25 * h * k.sign * self.slopes[j],
-            Quantity::Rate(k) => 0.5 * k.sign * self.slopes[j],
-            Quantity::Fixed | Quantity::Configuration => 0.0,
+            StepQuantity::Coordinate(k) => 0.25 * h * k.sign * self.slopes[j],
+            StepQuantity::Rate(k) => 0.5 * k.sign * self.slopes[j],
+            StepQuantity::Fixed | StepQuantity::Configuration => 0.0,
         }
     }
 
@@ -71,10 +71,10 @@ impl Along {
     /// Of a force of the system along an unknown of this link.
     pub(super) fn new(force: usize, link: usize, effort: &dyn QuantityEffort) -> Self {
         let n = effort.count();
-        let quantities: Vec<Quantity> = (0..n).map(|j| effort.quantity(j)).collect();
-        let is_affine = effort.is_affine() && !quantities.contains(&Quantity::Configuration);
+        let quantities: Vec<StepQuantity> = (0..n).map(|j| effort.quantity(j)).collect();
+        let is_affine = effort.is_affine() && !quantities.contains(&StepQuantity::Configuration);
         let [start, y, slopes, first] = [0, 1, 2, 3].map(|_| vec![0.0; n]);
-        let first = First { y: first, ..First::default() };
+        let first = FirstEvaluation { y: first, ..FirstEvaluation::default() };
         let unknown = effort.unknown();
         Self { force, unknown, link, quantities, start, y, slopes, impulse: 0.0, is_affine, first }
     }
@@ -82,7 +82,7 @@ impl Along {
     /// Whether it reads anything but time, what is held and its own coordinate.
     pub(super) fn is_foreign(&self) -> bool {
         let mut read = self.quantities.iter();
-        read.any(|quantity| *quantity != Quantity::Fixed && !self.is_own(*quantity))
+        read.any(|quantity| *quantity != StepQuantity::Fixed && !self.is_own(*quantity))
     }
 
     /// What is fixed over a step, and the coordinates at its start.
@@ -91,9 +91,9 @@ impl Along {
         self.first.is_known = false;
         for (j, quantity) in self.quantities.iter().enumerate() {
             match quantity {
-                Quantity::Fixed => self.y[j] = effort.in_step(j, s),
-                Quantity::Coordinate(_) => self.start[j] = effort.at_start(j, at),
-                Quantity::Rate(_) | Quantity::Configuration => {}
+                StepQuantity::Fixed => self.y[j] = effort.in_step(j, s),
+                StepQuantity::Coordinate(_) => self.start[j] = effort.at_start(j, at),
+                StepQuantity::Rate(_) | StepQuantity::Configuration => {}
             }
         }
     }
@@ -103,12 +103,12 @@ impl Along {
         let Some(effort) = self.effort(system) else { return };
         for (j, quantity) in self.quantities.iter().enumerate() {
             match quantity {
-                Quantity::Fixed => {}
-                Quantity::Coordinate(k) => {
+                StepQuantity::Fixed => {}
+                StepQuantity::Coordinate(k) => {
                     self.y[j] = self.start[j] + 0.5 * k.sign * u[k.index];
                 }
-                Quantity::Rate(k) => self.y[j] = k.sign * u[k.index] / s.h,
-                Quantity::Configuration => self.y[j] = effort.in_step(j, s),
+                StepQuantity::Rate(k) => self.y[j] = k.sign * u[k.index] / s.h,
+                StepQuantity::Configuration => self.y[j] = effort.in_step(j, s),
             }
         }
         self.impulse = 0.5 * s.h * self.find_effort(effort, s);

@@ -12,7 +12,7 @@
 use super::tree_step::workspace::Workspace;
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::HeldVector;
 use nalgebra::DMatrix;
 use vi_constraints::linearization::LinearizationError;
 use vi_core::dense::PivotedQr;
@@ -49,7 +49,7 @@ pub(super) struct LoopCostates {
 
 impl LoopCostates {
     /// For rows of closure of this rank on `n` coordinates and `d` unknowns of the tree.
-    pub(super) fn new(rows: Vec<ScalarRow>, rank: usize, (n, d): (usize, usize)) -> Self {
+    pub(super) fn new(rows: Vec<ScalarRow>, rank: usize, n: usize, d: usize) -> Self {
         let (zeros, count) = (vec![0.0; d], rows.len());
         Self {
             rank,
@@ -156,7 +156,7 @@ impl LoopCostates {
     pub(super) fn constrain(
         &mut self,
         at: &mut Workspace,
-        blocks: &[Spatial<Held>],
+        blocks: &[Spatial<HeldVector>],
         x: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { rank, start, end, qr, solved, free, sigma, square, lu, rest, wanted, .. } = self;

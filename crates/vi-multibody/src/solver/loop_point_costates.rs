@@ -20,7 +20,7 @@ use crate::mechanism::Mechanism;
 use crate::sweep::point_costate::PointTree;
 use nalgebra::DMatrix;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, PartVisitor};
 use vi_constraints::design::Costates;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::galerkin::{GaussSlopes, Parts};
@@ -46,23 +46,23 @@ pub(in crate::solver) struct LoopPointCostates {
     rows: Vec<ScalarRow>, // of closure
     places: Vec<usize>,   // of them among all constraints
     joints: JointNodes,
-    stands: Vec<Stand>,      // s + 1
-    balance: Vec<Vec<f64>>,  // s × n  w_i, then y_i of the joints
-    impulses: Vec<Vec<f64>>, // s × m  Λ_i
-    sigma: Vec<Vec<f64>>,    // s × m  σ_1 … σ_s, where they are wanted
-    x: Vec<Vec<f64>>,        // (s + 1) × n
-    images: Vec<Vec<f64>>,   // (s + 1) × n  of one vector, then Σ_i (h H_ij)ᵀ x_i
-    along: Vec<f64>,         // d
-    gradient: Vec<f64>,      // n
-    inertial: Vec<f64>,      // n
-    square: DMatrix<f64>,    // s f × s f
+    stands: Vec<PointScratch>, // s + 1
+    balance: Vec<Vec<f64>>,    // s × n  w_i, then y_i of the joints
+    impulses: Vec<Vec<f64>>,   // s × m  Λ_i
+    sigma: Vec<Vec<f64>>,      // s × m  σ_1 … σ_s, where they are wanted
+    x: Vec<Vec<f64>>,          // (s + 1) × n
+    images: Vec<Vec<f64>>,     // (s + 1) × n  of one vector, then Σ_i (h H_ij)ᵀ x_i
+    along: Vec<f64>,           // d
+    gradient: Vec<f64>,        // n
+    inertial: Vec<f64>,        // n
+    square: DMatrix<f64>,      // s f × s f
     lu: DenseLu,
     y: Vec<f64>, // s f
 }
 
 /// A control point.
 #[derive(Debug)]
-struct Stand {
+struct PointScratch {
     jacobian: Vec<Vec<f64>>, // of all rows of closure, d  Jᵀ
     qr: PivotedQr,           // d × rows  Jᵀ; its first pivots are the chosen rows
     lambda: Vec<f64>,        // of the chosen ones
@@ -70,8 +70,8 @@ struct Stand {
     basis: DMatrix<f64>,     // n × f  N
 }
 
-impl Stand {
-    fn new(rows: usize, rank: usize, (n, d): (usize, usize)) -> Self {
+impl PointScratch {
+    fn new(rows: usize, rank: usize, n: usize, d: usize) -> Self {
         Self {
             jacobian: vec![vec![0.0; d]; rows],
             qr: PivotedQr::new(d, rows),
@@ -96,7 +96,8 @@ impl Stand {
     /// `x ← x − G_cᵀ λ` with `Jᵀ λ = along`; `along` is `Pᵀ x`. Writes `λ` to its places.
     fn close(
         &mut self,
-        (rows, places): (&[ScalarRow], &[usize]),
+        rows: &[ScalarRow],
+        places: &[usize],
         q: &[f64],
         along: &mut [f64],
         x: &mut [f64],
@@ -120,7 +121,8 @@ impl LoopPointCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         independent: &IndependentRows,
-        (stages, along): (Stages, Tangents),
+        stages: Stages,
+        along: CostateTangents,
     ) -> Option<Self> {
         let (n, m, d) = (mechanism.dim(), mechanism.len(), mechanism.tree().dof());
         let (s, rows) = (stages.count(), mechanism.loop_constraints());
@@ -137,15 +139,15 @@ impl LoopPointCostates {
         let points = ControlPoints::new(n, stages);
         let slots = at.links.iter().filter_map(|link| link.slot).max().map_or(0, |last| last + 1);
         let vectors = |count: usize, length: usize| vec![vec![0.0; length]; count];
-        let wanted = if along == Tangents::OfMechanism { 0 } else { s };
+        let wanted = if along == CostateTangents::OfMechanism { 0 } else { s };
         Some(Self {
             parts: Parts::new(n, m, stages),
             slopes: system.has_variable_forces().then(|| GaussSlopes::new(stages)),
-            all: PointTree::new(&at.links, (slots, d), &points.constants().K),
+            all: PointTree::new(&at.links, slots, d, &points.constants().K),
             at,
             places: mechanism.loop_rows(),
             joints: JointNodes::new(mechanism, s + 1),
-            stands: (0..=s).map(|_| Stand::new(rows.len(), rank, (n, d))).collect(),
+            stands: (0..=s).map(|_| PointScratch::new(rows.len(), rank, n, d)).collect(),
             rows,
             points,
             balance: vectors(s, n),
@@ -165,7 +167,8 @@ impl LoopPointCostates {
     /// Stands at the control points of a step from `p̄_n`: `N_i`, and `Λ_i`, which balance `w_i`.
     fn stand(
         &mut self,
-        (system, mechanism): (&SeparableSystem, &Mechanism),
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
         points: &[Interval],
         p: &[f64],
     ) -> Result<(), Singular> {
@@ -184,7 +187,7 @@ impl LoopPointCostates {
             project(at, rows, q, &mut self.gradient, &mut stand.jacobian);
             stand.factorize();
             all.stand(&at.links, l, q);
-            let Stand { free, basis, .. } = &mut *stand;
+            let PointScratch { free, basis, .. } = &mut *stand;
             for (Z, mut N) in free.column_iter().zip(basis.column_iter_mut()) {
                 all.push_forward(&at.links, l, Z.as_slice(), N.as_mut_slice());
             }
@@ -193,8 +196,8 @@ impl LoopPointCostates {
             let q = own.q(l);
             at.pull_back_of(q, w, &mut self.along);
             let impulse = &mut self.impulses[l];
-            stand.close((rows, places), q, &mut self.along, w, impulse)?;
-            joints.balance(mechanism, (l, q), w, impulse)?;
+            stand.close(rows, places, q, &mut self.along, w, impulse)?;
+            joints.balance(mechanism, l, q, w, impulse)?;
         }
         Ok(())
     }
@@ -263,7 +266,8 @@ impl LoopPointCostates {
     /// The costate at `q_n`, and `σ_j`.
     fn give(
         &mut self,
-        (system, mechanism): (&SeparableSystem, &Mechanism),
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         let (s, h) = (self.points.stages(), self.points.h());
@@ -282,8 +286,8 @@ impl LoopPointCostates {
             }
             at.open_back([q, q]);
             at.pull_back_of(q, image, along);
-            stands[j].close((rows, places), q, along, image, sigma)?;
-            joints.press(mechanism, (j, q), image, sigma)?;
+            stands[j].close(rows, places, q, along, image, sigma)?;
+            joints.press(mechanism, j, q, image, sigma)?;
         }
         let Costate { q: a, p: b, .. } = costate;
         a.iter_mut().zip(&images[0]).for_each(|(a, image)| *a = image / h);
@@ -305,9 +309,9 @@ impl CostateSweep<SeparableSystem, Mechanism> for LoopPointCostates {
         p: &[f64],
         costate: &mut Costate,
     ) -> Result<(), Singular> {
-        self.stand((system, mechanism), points, p)?;
+        self.stand(system, mechanism, points, p)?;
         self.solve(system, costate)?;
-        self.give((system, mechanism), costate)?;
+        self.give(system, mechanism, costate)?;
         self.parts.spread(self.points.constants(), &self.x);
         Ok(())
     }

@@ -47,7 +47,7 @@ impl Span {
 
 /// A block of `K`: rows of one member, columns of another.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Coupling {
+pub(crate) struct BlockCoupling {
     /// The member of its rows.
     pub(crate) row: usize,
     /// The member of its columns.
@@ -57,7 +57,7 @@ pub(crate) struct Coupling {
 
 /// What an emission was found to be.
 #[derive(Clone, Copy, Debug)]
-enum Slot {
+enum EmissionSlot {
     /// An entry, at this place in `values`.
     Entry(usize),
     /// A multiple of `I_3` between two vectors of frames, in this block.
@@ -70,10 +70,10 @@ enum Slot {
 #[derive(Debug, Default)]
 pub(crate) struct MemberBlocks {
     spans: Vec<Span>,
-    couplings: Vec<Coupling>,
-    slots: Vec<Slot>,  // of each emission
-    outer: Vec<usize>, // blocks of outer products, by rows
-    values: Vec<f64>,  // entries of K
+    couplings: Vec<BlockCoupling>,
+    slots: Vec<EmissionSlot>, // of each emission
+    outer: Vec<usize>,        // blocks of outer products, by rows
+    values: Vec<f64>,         // entries of K
     reduced: Vec<Matrix6<f64>>,
     factors: [Vec<[f64; 6]>; 2], // scratch  P_inᵀ A, P_in'ᵀ B
 }
@@ -132,18 +132,18 @@ struct TermReplay<'a> {
     reduced: &'a mut [Matrix6<f64>],
     outer: &'a [usize],
     factors: &'a mut [Vec<[f64; 6]>; 2],
-    slots: &'a [Slot],
+    slots: &'a [EmissionSlot],
     next: usize,
     q: [&'a [f64]; 2], // where P_in, P_in' are taken
 }
 
 impl TermReplay<'_> {
-    fn next(&mut self) -> Slot {
+    fn next(&mut self) -> EmissionSlot {
         self.next += 1;
         self.slots[self.next - 1]
     }
 
-    fn peek(&self) -> Slot {
+    fn peek(&self) -> EmissionSlot {
         self.slots[self.next]
     }
 }
@@ -155,13 +155,13 @@ fn director(q: &[f64], at: usize) -> Option<Vector3<f64>> {
 
 impl Entries for TermReplay<'_> {
     fn add(&mut self, _row: usize, _column: usize, value: f64) {
-        if let Slot::Entry(place) = self.next() {
+        if let EmissionSlot::Entry(place) = self.next() {
             self.values[place] += value;
         }
     }
 
     fn add_multiple(&mut self, row: usize, column: usize, value: f64) {
-        let Slot::Multiple(block) = self.peek() else {
+        let EmissionSlot::Multiple(block) = self.peek() else {
             (0..3).for_each(|k| self.add(row + k, column + k, value));
             return;
         };
@@ -171,7 +171,7 @@ impl Entries for TermReplay<'_> {
     }
 
     fn add_outer(&mut self, product: &OuterProduct<'_>) {
-        let Slot::Outer(first) = self.peek() else {
+        let EmissionSlot::Outer(first) = self.peek() else {
             product.for_each_entry(|row, column, value| self.add(row, column, value));
             return;
         };
@@ -196,11 +196,11 @@ impl Entries for TermReplay<'_> {
         let holds = |(q, at): (&[f64], &[f64])| {
             starts.iter().zip(at.chunks_exact(FRAME)).all(|(first, at)| q[*first..][..FRAME] == *at)
         };
-        matches!(self.peek(), Slot::Outer(_)) && self.q.into_iter().zip(at).all(holds)
+        matches!(self.peek(), EmissionSlot::Outer(_)) && self.q.into_iter().zip(at).all(holds)
     }
 
     fn add_reduced(&mut self, product: &OuterProduct<'_>) {
-        let Slot::Outer(first) = self.next() else { return };
+        let EmissionSlot::Outer(first) = self.next() else { return };
         let sides = [product.left, product.right].map(|own| own.as_chunks().0);
         add_products(sides, product.starts.len(), &self.outer[first..], self.reduced);
     }
@@ -299,7 +299,7 @@ impl MemberBlocks {
         }
         pairs.sort_unstable();
         pairs.dedup();
-        let coupling = |(row, column)| Coupling { row, column, values: None };
+        let coupling = |(row, column)| BlockCoupling { row, column, values: None };
         self.couplings = pairs.into_iter().map(coupling).collect();
         self.spans = spans.to_vec();
         self.find_slots(&member_of, &places);
@@ -312,7 +312,7 @@ impl MemberBlocks {
         let mut first = vec![0; spans.len()]; // block of each row
         (0..couplings.len()).rev().for_each(|k| first[couplings[k].row] = k);
         first.push(couplings.len());
-        let block = |couplings: &[Coupling], row: usize, column: usize| {
+        let block = |couplings: &[BlockCoupling], row: usize, column: usize| {
             let (a, b) = (member_of[row], member_of[column]);
             let own = &couplings[first[a]..first[a + 1]];
             first[a] + own.partition_point(|coupling| coupling.column < b)
@@ -321,14 +321,14 @@ impl MemberBlocks {
         for place in places {
             slots.push(match place {
                 EmittedTerm::Multiple(row, column) => {
-                    Slot::Multiple(block(couplings, *row, *column))
+                    EmissionSlot::Multiple(block(couplings, *row, *column))
                 }
                 EmittedTerm::Outer(starts) => {
                     let at = outer.len();
                     for row in starts {
                         outer.extend(starts.iter().map(|column| block(couplings, *row, *column)));
                     }
-                    Slot::Outer(at)
+                    EmissionSlot::Outer(at)
                 }
                 EmittedTerm::Entry(row, column) => {
                     let k = block(couplings, *row, *column);
@@ -337,7 +337,7 @@ impl MemberBlocks {
                         length += a.size * b.size;
                         length - a.size * b.size
                     });
-                    Slot::Entry(start + row - a.first + (column - b.first) * a.size)
+                    EmissionSlot::Entry(start + row - a.first + (column - b.first) * a.size)
                 }
             });
         }
@@ -361,13 +361,13 @@ impl MemberBlocks {
     }
 
     /// The blocks, by rows, then by columns.
-    pub(crate) fn couplings(&self) -> &[Coupling] {
+    pub(crate) fn couplings(&self) -> &[BlockCoupling] {
         &self.couplings
     }
 
     /// The blocks `P_in(q)ᵀ K_ab P_in(q')` last filled, 6×6 (fewer rows and columns count for point
     /// masses).
-    pub(crate) fn reduced(&self) -> impl Iterator<Item = (&Coupling, &Matrix6<f64>)> {
+    pub(crate) fn reduced(&self) -> impl Iterator<Item = (&BlockCoupling, &Matrix6<f64>)> {
         self.couplings.iter().zip(&self.reduced)
     }
 }

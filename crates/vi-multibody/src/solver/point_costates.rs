@@ -21,9 +21,9 @@ use crate::geometry::matrix::Spatial;
 use crate::mechanism::Mechanism;
 use crate::sweep::coupled::Couplings;
 use crate::sweep::moved_joints::NUMBERS;
-use crate::sweep::point_costate::{Acting, PointTree};
+use crate::sweep::point_costate::{ActingTransposed, PointTree};
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, PartVisitor};
 use vi_constraints::design::Costates;
 use vi_constraints::galerkin::Parts;
 use vi_constraints::galerkin::control_points::ControlPoints;
@@ -62,7 +62,7 @@ struct Joints {
 }
 
 impl Joints {
-    fn new(mechanism: &Mechanism, s: usize, along: Tangents) -> Self {
+    fn new(mechanism: &Mechanism, s: usize, along: CostateTangents) -> Self {
         let rows = || vec![vec![0.0; mechanism.len()]; s];
         let numbers = NUMBERS * mechanism.tree().links().len();
         let changes = || (0..s).map(|_| [(); 2].map(|()| vec![0.0; numbers])).collect();
@@ -73,21 +73,16 @@ impl Joints {
             sigma: rows(),
             end: vec![0.0; mechanism.dim()],
             bend: [(); 3].map(|()| vec![0.0; mechanism.dim()]),
-            changes: (along == Tangents::OfMovedMechanism).then(changes),
+            changes: (along == CostateTangents::OfMovedMechanism).then(changes),
         }
     }
 
     /// `c + Σ_i H_ijᵀ x_i` at the control point `j` takes the curvature of `w_j·P(q_j) μ_j`; the
     /// links are open there then.
-    fn bend(
-        &mut self,
-        (at, all): (&mut Workspace, &PointTree),
-        (j, q): (usize, &[f64]),
-        m: &mut [f64],
-    ) {
+    fn bend(&mut self, at: &mut Workspace, all: &PointTree, j: usize, q: &[f64], m: &mut [f64]) {
         let Self { balance, bend: [a, b, mu], end, changes, .. } = self;
-        stand_at(at, all, (j, q), m);
-        at.pull((q, 0.0), (&balance[j], m), [a, b, mu]);
+        stand_at(at, all, j, q, m);
+        at.pull(q, 0.0, &balance[j], m, [a, b, mu]);
         if let Some(changes) = changes {
             at.moved_at_start(q, m, &mut changes[j][0]);
         }
@@ -96,7 +91,7 @@ impl Joints {
 }
 
 /// Opens the links at a control point with the twists and rates of `μ_i`.
-fn stand_at(at: &mut Workspace, all: &PointTree, (i, q): (usize, &[f64]), m: &mut [f64]) {
+fn stand_at(at: &mut Workspace, all: &PointTree, i: usize, q: &[f64], m: &mut [f64]) {
     at.open_back([q, q]);
     at.works.iter_mut().enumerate().for_each(|(k, work)| work.twist = all.twist(k, i));
     m.iter_mut().enumerate().for_each(|(unknown, m)| *m = all.rate(unknown, i));
@@ -106,7 +101,7 @@ fn stand_at(at: &mut Workspace, all: &PointTree, (i, q): (usize, &[f64]), m: &mu
 #[derive(Debug)]
 struct Forces {
     slopes: PointSlopes,
-    acting: Acting, // h H_ijᵀ
+    acting: ActingTransposed, // h H_ijᵀ
 }
 
 impl Forces {
@@ -120,10 +115,10 @@ impl Forces {
             return Some(None);
         }
         let (tree, start) = (mechanism.tree(), initial_interval(mechanism));
-        let slopes = PointSlopes::new((tree, system), &start, stages.count())?;
+        let slopes = PointSlopes::new(tree, system, &start, stages.count())?;
         let (links, count) = (tree.links().len(), stages.count() * stages.count());
         let coupled = if slopes.couple_bodies() { count } else { 0 };
-        let acting = Acting {
+        let acting = ActingTransposed {
             blocks: vec![vec![Spatial::default(); links]; count],
             couplings: (0..coupled).map(|_| Couplings::new(SPACE, links, 0)).collect(),
         };
@@ -139,7 +134,7 @@ impl PointCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         stages: Stages,
-        along: Tangents,
+        along: CostateTangents,
     ) -> Option<Self> {
         let applies = mechanism.description().particles.is_empty()
             && !mechanism.has_velocity_constraints()
@@ -153,7 +148,7 @@ impl PointCostates {
         let slots = at.links.iter().filter_map(|link| link.slot).max().map_or(0, |last| last + 1);
         let zeros = || vec![0.0; n];
         Some(Self {
-            all: PointTree::new(&at.links, (slots, d), &points.constants().K),
+            all: PointTree::new(&at.links, slots, d, &points.constants().K),
             parts: Parts::new(n, mechanism.len(), stages),
             at,
             forces,
@@ -161,7 +156,8 @@ impl PointCostates {
             w: [zeros(), zeros()],
             x: vec![zeros(); s + 1],
             scratch: zeros(),
-            joints: (along != Tangents::OfMechanism).then(|| Joints::new(mechanism, s, along)),
+            joints: (along != CostateTangents::OfMechanism)
+                .then(|| Joints::new(mechanism, s, along)),
             by_rows: false,
             m: vec![0.0; d],
         })
@@ -181,7 +177,7 @@ impl PointCostates {
         for l in 1..s {
             let w = joints.as_mut().map_or(&mut *w, |joints| &mut joints.balance[l]);
             own.balance(system, l, w);
-            all.bend(&at.links, (l, h), w);
+            all.bend(&at.links, l, h, w);
         }
         if let Some(forces) = forces {
             forces.slopes.differentiate(system, own);
@@ -204,7 +200,7 @@ impl PointCostates {
                 forces.slopes.add(points, l, 1.0, scratch);
                 (scale, more) = (1.0, &scratch[..]);
             }
-            all.load(&at.links, l, &costate.p, (scale, more));
+            all.load(&at.links, l, &costate.p, scale, more);
         }
     }
 
@@ -228,7 +224,7 @@ impl PointCostates {
         }
         balance[0].copy_from_slice(first);
         for (i, (w, impulse)) in balance.iter_mut().zip(impulses).enumerate() {
-            all.balance(mechanism, (i, points.q(i)), w, impulse)?;
+            all.balance(mechanism, i, points.q(i), w, impulse)?;
         }
         first.fill(0.0); // the curvature is that of their rows, not of P
         Ok(())
@@ -261,14 +257,14 @@ impl PointCostates {
             if !*by_rows {
                 match j == s {
                     true => at.open_back([q, q]),
-                    false => joints.bend((at, all), (j, q), m),
+                    false => joints.bend(at, all, j, q, m),
                 }
                 let Joints { end, bend: [none, ..], changes: Some(changes), .. } = &mut *joints
                 else {
                     continue;
                 };
                 none.fill(0.0);
-                at.moved_at_end((q, 1.0 / h), [end, scratch, none], &mut changes[j - 1][1]);
+                at.moved_at_end(q, 1.0 / h, [end, scratch, none], &mut changes[j - 1][1]);
                 continue;
             }
             system.inertia().mul_add(1.0 / h, scratch, end);
@@ -277,7 +273,7 @@ impl PointCostates {
                 scratch.iter_mut().zip(&x[j]).for_each(|(mu, x)| *mu = -x);
                 all.bend(q, [&impulses[j], &balance[j]], scratch, end);
             }
-            all.press(mechanism, (j, q), end, &mut sigma[j - 1])?;
+            all.press(mechanism, j, q, end, &mut sigma[j - 1])?;
         }
         Ok(())
     }
@@ -292,8 +288,8 @@ impl PointCostates {
         for (i, x) in x.iter().enumerate() {
             b.iter_mut().zip(x).for_each(|(b, x)| *b -= K[(i, 0)] * x);
         }
-        stand_at(at, all, (0, &step.q0), m);
-        at.pull((&step.q0, 1.0 / step.h), (first, m), [a, b, scratch]);
+        stand_at(at, all, 0, &step.q0, m);
+        at.pull(&step.q0, 1.0 / step.h, first, m, [a, b, scratch]);
         match joints {
             Some(Joints { all, balance, impulses, .. }) if *by_rows => {
                 all.bend(&step.q0, [&impulses[0], &balance[0]], scratch, a);
@@ -311,7 +307,8 @@ impl PointCostates {
     /// [`CostateSweep::pull`], as was chosen.
     fn pull_chosen(
         &mut self,
-        (system, mechanism): (&SeparableSystem, &Mechanism),
+        system: &SeparableSystem,
+        mechanism: &Mechanism,
         points: &[Interval],
         p: &[f64],
         costate: &mut Costate,
@@ -354,7 +351,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(false);
-        self.pull_chosen((system, mechanism), points, p, costate)
+        self.pull_chosen(system, mechanism, points, p, costate)
     }
 
     fn pull_by_rows(
@@ -366,7 +363,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for PointCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(true);
-        self.pull_chosen((system, mechanism), points, p, costate)
+        self.pull_chosen(system, mechanism, points, p, costate)
     }
 
     fn for_each_part(&self, _: &[Interval], visit: &mut PartVisitor<'_>) {

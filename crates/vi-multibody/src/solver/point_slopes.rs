@@ -13,12 +13,12 @@
 #![allow(non_snake_case)] // B, D, E
 
 use crate::geometry::matrix::{Columns, Spatial};
-use crate::geometry::one_tree::{Held, One, OneTree, Width, Xyz, sweep, three};
+use crate::geometry::one_tree::{HeldVector, One, OneTree, Width, Xyz, sweep, three};
 use crate::geometry::space::Space;
 use crate::sweep::coupled::Coupling;
 use crate::sweep::link::Link;
-use crate::sweep::place::Place;
-use crate::sweep::point_costate::Acting;
+use crate::sweep::place::LinkPlace;
+use crate::sweep::point_costate::ActingTransposed;
 use crate::tree::Tree;
 use std::collections::BTreeMap;
 use vi_constraints::galerkin::control_points::ControlPoints;
@@ -33,7 +33,7 @@ const PARTS: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
 /// The slopes at all Gauss nodes of a step.
 #[derive(Debug)]
 pub(super) struct PointSlopes {
-    pairs: Vec<Pair>,
+    pairs: Vec<VectorPair>,
     slots: [Vec<usize>; 2], // of the entries of F_q, F_v: among the numbers of all pairs
     values: Vec<[Vec<f64>; 2]>, // of each node: F_qᵀ, F_vᵀ, pair by pair, column by column
     products: Vec<[Vec<f64>; 2]>, // of each node, n: F_qᵀ z_k, F_vᵀ z_k
@@ -43,22 +43,22 @@ pub(super) struct PointSlopes {
 
 /// Two vectors between which something acts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pair {
-    row: End, // of F_qᵀ
-    column: End,
-    of: Target,
+pub(crate) struct VectorPair {
+    row: PairEnd, // of F_qᵀ
+    column: PairEnd,
+    of: PairTarget,
 }
 
 /// A vector of a frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct End {
+pub(crate) struct PairEnd {
     first: usize,
     link: Option<usize>, // whose centre it is
 }
 
 /// Where a pair counts.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Target {
+pub(crate) enum PairTarget {
     Link(usize),
     /// Rows of a link, columns of its parent.
     OfLink(usize),
@@ -93,7 +93,8 @@ impl PointSlopes {
     /// For so many Gauss nodes; `start`: any configuration. `None` where bodies are coupled that
     /// are not a link and its parent.
     pub(super) fn new(
-        (tree, system): (&Tree, &SeparableSystem),
+        tree: &Tree,
+        system: &SeparableSystem,
         start: &Interval,
         nodes: usize,
     ) -> Option<Self> {
@@ -109,7 +110,7 @@ impl PointSlopes {
         let mut pairs = Vec::new();
         for (vectors, number) in &mut places {
             *number = pairs.len();
-            pairs.push(Pair::of(tree, vectors.map(|vector| 3 * vector))?);
+            pairs.push(VectorPair::of(tree, vectors.map(|vector| 3 * vector))?);
         }
         // Fᵀ column by column: its columns are the rows of F
         let slot = |[row, column]: &[usize; 2]| {
@@ -126,7 +127,7 @@ impl PointSlopes {
 
     /// Whether bodies are coupled.
     pub(super) fn couple_bodies(&self) -> bool {
-        self.pairs.iter().any(|pair| !matches!(pair.of, Target::Link(_)))
+        self.pairs.iter().any(|pair| !matches!(pair.of, PairTarget::Link(_)))
     }
 
     /// Finds them where the forces of the control points were evaluated.
@@ -147,11 +148,11 @@ impl PointSlopes {
         &mut self,
         points: &ControlPoints,
         links: &[Link<One>],
-        acting: &mut Acting,
+        acting: &mut ActingTransposed,
     ) {
         let Self { pairs, values, combined, .. } = self;
         let (constants, h, s) = (points.constants(), points.h(), points.stages());
-        let Acting { blocks, couplings } = acting;
+        let ActingTransposed { blocks, couplings } = acting;
         for (place, blocks) in blocks.iter_mut().enumerate() {
             let (j, i) = (place / s + 1, place % s);
             combined.fill(0.0);
@@ -212,20 +213,20 @@ fn add_multiple(a: f64, x: &[f64], y: &mut [f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
 }
 
-impl Pair {
+impl VectorPair {
     /// Between the vectors from two coordinates on; `None` where these belong to bodies that are
     /// not a link and its parent.
     fn of(tree: &Tree, [row, column]: [usize; 2]) -> Option<Self> {
         let link = |first: usize| tree.link_of()[first / FRAME];
         let end = |first: usize| {
             let is_center = first.is_multiple_of(FRAME);
-            End { first, link: is_center.then(|| link(first)) }
+            PairEnd { first, link: is_center.then(|| link(first)) }
         };
         let parent = |link: usize| tree.links()[link].parent;
         let of = match (link(row), link(column)) {
-            (a, b) if a == b => Target::Link(a),
-            (a, b) if parent(a) == Some(b) => Target::OfLink(a),
-            (a, b) if parent(b) == Some(a) => Target::OfParent(b),
+            (a, b) if a == b => PairTarget::Link(a),
+            (a, b) if parent(a) == Some(b) => PairTarget::OfLink(a),
+            (a, b) if parent(b) == Some(a) => PairTarget::OfParent(b),
             _ => return None,
         };
         Some(Self { row: end(row), column: end(column), of })
@@ -234,28 +235,28 @@ impl Pair {
 
 sweep! {
     project_pairs = sweep_project(
-        pairs: &'a [Pair], links: &'a [Link<One>], values: &'a [f64], ends: [&'a [f64]; 2],
-        out: (&'a mut [Spatial<Held>], &'a mut [Coupling<One>])
+        pairs: &'a [VectorPair], links: &'a [Link<One>], values: &'a [f64], ends: [&'a [f64]; 2],
+        out: (&'a mut [Spatial<HeldVector>], &'a mut [Coupling<One>])
     ) -> ()
 }
 
 #[inline(always)]
 fn sweep_project<W: Width>(
     s: OneTree<W>,
-    pairs: &[Pair],
+    pairs: &[VectorPair],
     links: &[Link<One>],
     values: &[f64],
     [left, right]: [&[f64]; 2],
-    (blocks, near): (&mut [Spatial<Held>], &mut [Coupling<One>]),
+    (blocks, near): (&mut [Spatial<HeldVector>], &mut [Coupling<One>]),
 ) {
     for (pair, first) in pairs.iter().zip((0..).step_by(9)) {
         let B = Columns(three!(c => s.read(values, first + 3 * c)));
         let (x, y) = (arm(s, links, left, pair.row), arm(s, links, right, pair.column));
         let turned = B.times_skew(y); // B r̂_b
         let to = match pair.of {
-            Target::Link(k) => &mut blocks[k],
-            Target::OfLink(k) => &mut near[k].of_link,
-            Target::OfParent(k) => &mut near[k].of_parent,
+            PairTarget::Link(k) => &mut blocks[k],
+            PairTarget::OfLink(k) => &mut near[k].of_link,
+            PairTarget::OfParent(k) => &mut near[k].of_parent,
         };
         to.aa = to.aa.take(s).minus(&Columns::skew_times(x, &turned)).held();
         if pair.row.link.is_some() {
@@ -272,16 +273,16 @@ fn sweep_project<W: Width>(
 
 /// `r` of a vector.
 #[inline(always)]
-fn arm<W: Width>(s: OneTree<W>, links: &[Link<One>], q: &[f64], of: End) -> Xyz<W> {
+fn arm<W: Width>(s: OneTree<W>, links: &[Link<One>], q: &[f64], of: PairEnd) -> Xyz<W> {
     match of.link {
         None => s.read(q, of.first),
-        Some(k) => Place::of(s, q, of.first).d.mul(s.constant(&links[k].anchor)) * -1.0,
+        Some(k) => LinkPlace::of(s, q, of.first).d.mul(s.constant(&links[k].anchor)) * -1.0,
     }
 }
 
 sweep! {
     multiply_pairs = sweep_multiply(
-        pairs: &'a [Pair], values: &'a [f64], z: &'a [f64], out: &'a mut [f64]
+        pairs: &'a [VectorPair], values: &'a [f64], z: &'a [f64], out: &'a mut [f64]
     ) -> ()
 }
 
@@ -289,7 +290,7 @@ sweep! {
 #[inline(always)]
 fn sweep_multiply<W: Width>(
     s: OneTree<W>,
-    pairs: &[Pair],
+    pairs: &[VectorPair],
     values: &[f64],
     z: &[f64],
     out: &mut [f64],

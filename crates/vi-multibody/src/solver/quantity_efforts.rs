@@ -13,9 +13,9 @@
 #![allow(non_snake_case)] // M, U, V
 
 use super::closed_loop::cluster_link::ClusterLink;
-use super::closed_loop::four_rows::Four;
+use super::closed_loop::four_rows::FourRows;
 use super::closed_loop::row_sweeps::RowSweeps;
-use super::law_along::Along;
+use super::law_along::LawInStep;
 use super::tree_step::part::Links;
 use crate::pair::Twist;
 use crate::tree::Tree;
@@ -25,7 +25,7 @@ use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
 use vi_core::newton::Fault;
-use vi_core::quantity_effort::{Quantity, QuantityEffort};
+use vi_core::quantity_effort::{QuantityEffort, StepQuantity};
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_rigid::directors::FRAME;
 use vi_rigid::null_space;
@@ -40,14 +40,14 @@ struct Bundle {
     laws: Vec<usize>,    // of each column
     path: Vec<usize>,    // links of the sweeps that its rows reach, deepest first
     has_members: bool,   // some quantity is no unknown
-    left: Vec<Four>,     // d  û
+    left: Vec<FourRows>, // d  û
     touched: Vec<usize>, // columns of û that are not zero
 }
 
 /// All such laws, and what they add to the linear system of a step.
 pub(in crate::solver) struct QuantityEfforts {
     forces: Vec<usize>,
-    all: Vec<Along>,
+    all: Vec<LawInStep>,
     bundles: Vec<Bundle>,
     links: Vec<ClusterLink>, // of the tree, deepest first
     owner: Vec<usize>,       // of each unknown among these
@@ -108,9 +108,9 @@ impl QuantityEfforts {
 
     fn add(&mut self, force: usize, effort: &dyn QuantityEffort) {
         let link = self.links[self.owner[effort.unknown().index]].link;
-        let along = Along::new(force, link, effort);
+        let along = LawInStep::new(force, link, effort);
         self.forces.push(force);
-        self.needs_interval |= along.quantities.contains(&Quantity::Configuration);
+        self.needs_interval |= along.quantities.contains(&StepQuantity::Configuration);
         self.is_affine &= effort.is_affine();
         self.all.push(along);
     }
@@ -132,9 +132,11 @@ impl QuantityEfforts {
             for along in laws.iter().map(|k| &self.all[*k]) {
                 for (j, quantity) in along.quantities.iter().enumerate() {
                     match quantity {
-                        Quantity::Fixed => {}
-                        Quantity::Coordinate(k) | Quantity::Rate(k) => reach(self.owner[k.index]),
-                        Quantity::Configuration => {
+                        StepQuantity::Fixed => {}
+                        StepQuantity::Coordinate(k) | StepQuantity::Rate(k) => {
+                            reach(self.owner[k.index])
+                        }
+                        StepQuantity::Configuration => {
                             has_members = true;
                             let Some(effort) = along.effort(system) else { continue };
                             effort.for_each_slope(j, s, &mut |i, _| {
@@ -248,7 +250,7 @@ impl QuantityEfforts {
             self.sweep_columns(bundle, at);
         }
         for bundle in 0..self.bundles.len() {
-            self.sweep_rows(bundle, (system, s), at);
+            self.sweep_rows(bundle, system, s, at);
             self.multiply(bundle, x);
             self.four.clear(&self.links);
         }
@@ -283,22 +285,19 @@ impl QuantityEfforts {
     }
 
     /// `v̂` of a bundle, in `self.four`.
-    fn sweep_rows(
-        &mut self,
-        bundle: usize,
-        (system, s): (&SeparableSystem, &Interval),
-        at: Links<'_>,
-    ) {
+    fn sweep_rows(&mut self, bundle: usize, system: &SeparableSystem, s: &Interval, at: Links<'_>) {
         let Self { four, links, bundles, all, covector, link_of, .. } = self;
         let Bundle { laws, path, has_members, .. } = &bundles[bundle];
         four.take_places(path);
         for (row, along) in laws.iter().map(|law| &all[*law]).enumerate() {
             for (j, quantity) in along.quantities.iter().enumerate() {
                 match quantity {
-                    Quantity::Coordinate(k) | Quantity::Rate(k) if !along.is_own(*quantity) => {
+                    StepQuantity::Coordinate(k) | StepQuantity::Rate(k)
+                        if !along.is_own(*quantity) =>
+                    {
                         four.values[k.index][row] -= s.h * along.by_unknown(j, s.h);
                     }
-                    Quantity::Configuration => {
+                    StepQuantity::Configuration => {
                         let scale = -0.5 * s.h * s.h * along.slopes[j];
                         let Some(effort) = along.effort(system) else { continue };
                         effort.for_each_slope(j, s, &mut |i, slope| covector[i] += scale * slope);
@@ -320,7 +319,7 @@ impl QuantityEfforts {
             }
         }
         if *has_members {
-            four.carry(links, (path, None), (at, true));
+            four.carry(links, path, None, at, true);
         }
         path.iter().for_each(|k| four.touch(*k, links));
         four.order_touched();

@@ -34,7 +34,7 @@ mod node_solvers;
 mod start;
 mod structure;
 
-pub use start::{ConsistentStart, Loops, begun};
+pub use start::{IndependentLoops, LoopStart, begun};
 pub use structure::{Solver, has_many_ancestors};
 
 use crate::contact::{Contacts, TransmittedImpulses};
@@ -49,12 +49,12 @@ use node_solvers::node_solvers;
 use std::sync::Arc;
 use structure::BoxedScheme;
 use vi_constraints::constrained::Constrained;
-use vi_constraints::costate_sweep::{CostateSweep, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents};
 use vi_constraints::dalembert::{Dalembert, MapSource, QrSource};
 use vi_constraints::integrator::{SetupError, check_dense};
 use vi_constraints::nonsmooth::{Nonsmooth, NonsmoothOptions};
 use vi_constraints::saddle_point::IndependentRows;
-use vi_constraints::{Constraints, InitialValues, Integrator, Method, Options, SchemeKind};
+use vi_constraints::{Constraints, InitialValues, Integrator, Options, OrderMethod, SchemeKind};
 use vi_core::SeparableSystem;
 
 /// A running mechanism.
@@ -75,7 +75,7 @@ pub fn integrator(
     if mechanism.has_velocity_constraints() && !steps {
         return Err(SetupError::VelocityConstraints);
     }
-    let loops = Loops::find(&mechanism, at.t, at.q)?;
+    let loops = IndependentLoops::find(&mechanism, at.t, at.q)?;
     let mechanism = Arc::new(mechanism.accepting(loops.nearly_redundant()));
     let rows = loops.rows.clone();
     let leaves = matches!(options.scheme, SchemeKind::Nodal | SchemeKind::Reduced);
@@ -92,10 +92,10 @@ pub fn integrator(
             dalembert(&mechanism, &rows)
         }
         SchemeKind::Nodal | SchemeKind::Reduced => {
-            nodal(&mechanism, &system, &options, solver, (&loops, at))?
+            nodal(&mechanism, &system, &options, solver, &loops, at)?
         }
     };
-    let solvers = node_solvers(&mechanism, &system, solver, (&loops, leaves, at));
+    let solvers = node_solvers(&mechanism, &system, solver, &loops, leaves, at);
     let run = Integrator::with_scheme(system, mechanism, scheme, rows, options, at)?;
     let run = begun(run.reading_with(solvers).with_costates(costates), moved)?;
     loops.known(run.constraints(), run.state().configuration())?;
@@ -108,14 +108,14 @@ fn costates(
     system: &SeparableSystem,
     mechanism: &Mechanism,
     rows: &IndependentRows,
-    (method, along): (Method, Tangents),
+    (method, along): (OrderMethod, CostateTangents),
 ) -> Option<Box<dyn CostateSweep<SeparableSystem, Mechanism>>> {
     match method.stages() {
         None => TreeCostates::new(mechanism, system, rows, along).map(|own| Box::new(own) as _),
         Some(stages) => {
             let tree = PointCostates::new(mechanism, system, stages, along);
             tree.map(|own| Box::new(own) as _).or_else(|| {
-                let loops = LoopPointCostates::new(mechanism, system, rows, (stages, along));
+                let loops = LoopPointCostates::new(mechanism, system, rows, stages, along);
                 loops.map(|own| Box::new(own) as _)
             })
         }

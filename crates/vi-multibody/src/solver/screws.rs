@@ -10,7 +10,7 @@
 
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
-use crate::tree::{Link, Tree};
+use crate::tree::{Tree, TreeLink};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use vi_core::linear::Singular;
 use vi_core::sparse::SparseMatrix;
@@ -203,7 +203,7 @@ pub(super) fn to_increments(tree: &Tree, flight: &Flight, q: &[f64], y: &mut [f6
 
 /// `J ← J ∂(u_φ, θ)/∂(y_φ, y_θ)` in the six columns of a free root, at the screws `y` of all and
 /// the triads of `q`; without `y`: at zero, without `B`.
-pub(super) fn chain(root: &Link, q: &[f64], y: Option<&[f64]>, columns: &mut [Vector6<f64>]) {
+pub(super) fn chain(root: &TreeLink, q: &[f64], y: Option<&[f64]>, columns: &mut [Vector6<f64>]) {
     let frame = &q[12 * root.frame..];
     let screw = match y {
         None => RootScrew::zero(frame),

@@ -20,7 +20,7 @@
 //! ```
 //! with any motion `μ_J` of rigid bodies; `m` and all that follows from `μ` are otherwise the same.
 
-use super::along_unknowns::{Along, transposed};
+use super::along_unknowns::{EffortAlong, transposed};
 use super::joint_costates::JointCostates;
 use super::loop_costates::{LoopCostates, MOST_ROWS};
 use super::tree_step::body_forces::BodyForces;
@@ -30,7 +30,7 @@ use crate::mechanism::Mechanism;
 use crate::sweep::moved_joints::NUMBERS;
 use crate::tree::Tree;
 use vi_constraints::Constraints;
-use vi_constraints::costate_sweep::{CostateSweep, ImpulseCost, PartVisitor, Tangents};
+use vi_constraints::costate_sweep::{CostateSweep, CostateTangents, ImpulseCost, PartVisitor};
 use vi_constraints::design::{Costates, Place};
 use vi_constraints::linearization::{Costate, LinearizationError};
 use vi_constraints::saddle_point::IndependentRows;
@@ -46,7 +46,7 @@ use vi_core::{DiscreteLagrangian, SeparableSystem};
 pub(in crate::solver) struct TreeCostates {
     tree: Tree,
     at: Workspace,
-    along: Vec<Along>,
+    along: Vec<EffortAlong>,
     loops: Option<LoopCostates>,
     joints: Option<JointCostates>,
     changes: Option<[Vec<f64>; 2]>, // of all links  Costates::moved
@@ -72,7 +72,7 @@ impl TreeCostates {
         mechanism: &Mechanism,
         system: &SeparableSystem,
         rows: &IndependentRows,
-        along: Tangents,
+        along: CostateTangents,
     ) -> Option<Self> {
         let closures = mechanism.loop_constraints();
         let rank = (rows.len() + closures.len()).checked_sub(mechanism.len())?;
@@ -87,16 +87,16 @@ impl TreeCostates {
         let (n, d) = (weight.len(), tree.dof());
         let other = system.has_other_forces(&[]).then(|| Emitted::new(tree.links().len(), 0));
         let closed = !closures.is_empty();
-        let joints = (along != Tangents::OfMechanism).then(|| JointCostates::new(mechanism));
-        let changes = (along == Tangents::OfMovedMechanism)
+        let joints = (along != CostateTangents::OfMechanism).then(|| JointCostates::new(mechanism));
+        let changes = (along == CostateTangents::OfMovedMechanism)
             .then(|| [(); 2].map(|()| vec![0.0; NUMBERS * tree.links().len()]));
-        let along = system.along_unknowns().map(|own| Along::of(own, &at));
+        let along = system.along_unknowns().map(|own| EffortAlong::of(own, &at));
         Some(Self {
             joints,
             changes,
             by_rows: false,
             ends: [false; 2],
-            loops: closed.then(|| LoopCostates::new(closures, rank, (n, d))),
+            loops: closed.then(|| LoopCostates::new(closures, rank, n, d)),
             along: along.collect(),
             other,
             at,
@@ -194,7 +194,7 @@ impl TreeCostates {
         let Self { at, along, loops, w, .. } = self;
         if let Some(loops) = loops {
             let balance = loops.stand(at, &s.q0, w);
-            for Along { unknown, impulse, .. } in along {
+            for EffortAlong { unknown, impulse, .. } in along {
                 balance[unknown.index] += unknown.sign * *impulse;
             }
         }
@@ -233,7 +233,8 @@ impl TreeCostates {
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        (cost, a): (Option<&mut ImpulseCost<'_>>, &mut [f64]),
+        cost: Option<&mut ImpulseCost<'_>>,
+        a: &mut [f64],
     ) {
         let Self { joints, loops, along, moved, wanted, tree, .. } = self;
         along.iter_mut().for_each(|along| along.moved = 0.0);
@@ -288,7 +289,7 @@ impl TreeCostates {
         }
         if let Some([_, end]) = self.changes.as_mut().filter(|_| !*by_rows) {
             let known = [&joints.end[..], &self.momentum, mu];
-            self.at.moved_at_end((&s.q1, 1.0 / s.h), known, end);
+            self.at.moved_at_end(&s.q1, 1.0 / s.h, known, end);
             return Ok(());
         }
         joints.press(mechanism, s)
@@ -315,7 +316,8 @@ impl TreeCostates {
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
-        (points, p): (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         Costate { q: a, p: b, .. }: &mut Costate,
         cost: Option<&mut ImpulseCost<'_>>,
     ) -> Result<(), LinearizationError> {
@@ -329,7 +331,7 @@ impl TreeCostates {
         self.ends = [false, self.ends[0]];
         self.take_balance(system, s, p)?;
         self.take_joints(system, mechanism, s)?;
-        self.take_costs(system, s, (cost, a));
+        self.take_costs(system, s, cost, a);
         if let Some(other) = &mut self.other {
             transposed(system, s, [Slot::Second; 2], b, a);
             let emit = |into: &mut dyn Entries| {
@@ -337,7 +339,7 @@ impl TreeCostates {
                 let mut into = Block { into, row, column, scale, transposed: true };
                 system.beside_unknowns_slope(s, Slot::First, Slot::Second, &mut into);
             };
-            other.assemble(&emit, (&self.tree, &self.at.links), [&s.q1, &s.q0], -s.h);
+            other.assemble(&emit, &self.tree, &self.at.links, [&s.q1, &s.q0], -s.h);
         }
         if let Some(joints) = &mut self.joints {
             joints.end.copy_from_slice(a);
@@ -360,7 +362,7 @@ impl TreeCostates {
         if *by_rows {
             w.fill(0.0); // the curvature is that of their rows, not of P
         }
-        at.pull((&s.q0, 1.0 / s.h), (w, m), [a, b, mu]);
+        at.pull(&s.q0, 1.0 / s.h, w, m, [a, b, mu]);
         if let Some([start, _]) = changes.as_mut().filter(|_| !*by_rows) {
             at.moved_at_start(&s.q0, m, start);
         }
@@ -416,7 +418,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(false);
-        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        let pulled = self.pull_costing(system, mechanism, points, p, costate, None);
         pulled.map_err(|_| Singular) // no multipliers are asked for
     }
 
@@ -429,7 +431,7 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         costate: &mut Costate,
     ) -> Result<(), Singular> {
         self.choose(true);
-        let pulled = self.pull_costing(system, mechanism, (points, p), costate, None);
+        let pulled = self.pull_costing(system, mechanism, points, p, costate, None);
         pulled.map_err(|_| Singular)
     }
 
@@ -441,12 +443,13 @@ impl CostateSweep<SeparableSystem, Mechanism> for TreeCostates {
         &mut self,
         system: &SeparableSystem,
         mechanism: &Mechanism,
-        step: (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
         costate: &mut Costate,
         cost: &mut ImpulseCost<'_>,
     ) -> Result<(), LinearizationError> {
         self.choose(true);
-        self.pull_costing(system, mechanism, step, costate, Some(cost))
+        self.pull_costing(system, mechanism, points, p, costate, Some(cost))
     }
 
     fn for_each_part(&self, points: &[Interval], visit: &mut PartVisitor<'_>) {

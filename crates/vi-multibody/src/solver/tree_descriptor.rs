@@ -24,7 +24,7 @@
 #![allow(non_snake_case)] // B, K, S, X
 
 use crate::mechanism::Mechanism;
-use crate::pair::{Motion, Transfer, Twist, VelocityMap};
+use crate::pair::{FrameMotion, Twist, TwistTransfer, VelocityMap};
 use crate::solver::member_blocks::{MemberBlocks, Span};
 use crate::solver::screws::{self, Flight};
 use crate::solver::sparse_nodal::{extent, with_floors};
@@ -37,7 +37,7 @@ use vi_constraints::{Constraints, NodalOperators};
 use vi_core::block_lu::inverse_root;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
-use vi_core::newton::{Block, Fault, Precision};
+use vi_core::newton::{Fault, Precision, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::state::Memory;
 use vi_rigid::null_space;
@@ -85,15 +85,15 @@ pub struct TreeDescriptor {
     particles: ParticleTree,
     members: Vec<DescriptorMember>, // links in the order of the tree, then particles
     spans: Vec<Span>,
-    blocks: Vec<Block>,
-    dof: usize,              // d
-    size: usize,             // of the descriptor form
-    left: Vec<VelocityMap>,  // X, S at q_n, or the tangent of the last step
-    right: Vec<VelocityMap>, // X', S'
-    q: Vec<f64>,             // n  where P_in of `left` is taken
-    twists: Vec<Twist>,      // scratch, one for each member
-    motions: Vec<Motion>,    // scratch, one for each link
-    screws: bool,            // the unknowns of free roots
+    blocks: Vec<UnknownBlock>,
+    dof: usize,                // d
+    size: usize,               // of the descriptor form
+    left: Vec<VelocityMap>,    // X, S at q_n, or the tangent of the last step
+    right: Vec<VelocityMap>,   // X', S'
+    q: Vec<f64>,               // n  where P_in of `left` is taken
+    twists: Vec<Twist>,        // scratch, one for each member
+    motions: Vec<FrameMotion>, // scratch, one for each link
+    screws: bool,              // the unknowns of free roots
     flight: Flight,
     u: Vec<f64>, // d  increments of the unknowns
     matrix: Descriptor,
@@ -157,9 +157,9 @@ impl TreeDescriptor {
         let mut blocks = tree.blocks();
         blocks.extend(particles.blocks());
         let (dof, count) = (tree.dof() + particles.dof(), members.len());
-        let maps = || vec![VelocityMap::new(Transfer::None, &[]); count];
+        let maps = || vec![VelocityMap::new(TwistTransfer::None, &[]); count];
         Self {
-            motions: vec![Motion::rest(); tree.links().len()],
+            motions: vec![FrameMotion::rest(); tree.links().len()],
             tree,
             particles,
             members,
@@ -311,11 +311,15 @@ fn chain_screws(tree: &Tree, q: &[f64], y: Option<&[f64]>, maps: &mut [VelocityM
 
 /// The entries `X_ij` of a transfer between twists of the given size, zeros of its pattern
 /// included.
-fn for_each_entry(transfer: &Transfer, width: usize, mut visit: impl FnMut(usize, usize, f64)) {
+fn for_each_entry(
+    transfer: &TwistTransfer,
+    width: usize,
+    mut visit: impl FnMut(usize, usize, f64),
+) {
     let (a, angular) = match transfer {
-        Transfer::Rigid(a) => (a, 6),
-        Transfer::Point(a) => (a, 3),
-        Transfer::None => return,
+        TwistTransfer::Rigid(a) => (a, 6),
+        TwistTransfer::Point(a) => (a, 3),
+        TwistTransfer::None => return,
     };
     (0..angular.min(width)).for_each(|i| visit(i, i, 1.0));
     if width == 6 {
@@ -333,7 +337,7 @@ impl NodalOperators for TreeDescriptor {
         self.dof
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

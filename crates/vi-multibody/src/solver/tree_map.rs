@@ -1,14 +1,14 @@
 //! The reparametrization of a mechanism whose joints and bars form a tree, as dense matrices.
 
 use crate::mechanism::Mechanism;
-use crate::pair::{Motion, Transfer, Twist, VelocityMap};
+use crate::pair::{FrameMotion, Twist, TwistTransfer, VelocityMap};
 use crate::tree::Tree;
 use crate::tree::particle::ParticleTree;
 use nalgebra::{DMatrix, Vector3};
 use std::cell::RefCell;
 use vi_constraints::Reparametrization;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 
 crate::opaque_debug!(TreeMap);
 
@@ -16,13 +16,13 @@ crate::opaque_debug!(TreeMap);
 pub struct TreeMap {
     tree: Tree,
     particles: ParticleTree,
-    work: RefCell<Work>, // the trait's methods are `&self`; the scratch is not shared
+    work: RefCell<MapScratch>, // the trait's methods are `&self`; the scratch is not shared
 }
 
-struct Work {
+struct MapScratch {
     maps: Vec<VelocityMap>,
     twists: Vec<Twist>,
-    motions: Vec<Motion>,
+    motions: Vec<FrameMotion>,
     nu: Vec<f64>,
     sums: Vec<Vector3<f64>>, // of forces on particles
 }
@@ -33,10 +33,10 @@ impl TreeMap {
     pub fn new(mechanism: &Mechanism) -> Self {
         let (tree, particles) = (mechanism.tree().clone(), mechanism.particle_tree().clone());
         let links = tree.links().len();
-        let work = Work {
-            maps: vec![VelocityMap::new(Transfer::None, &[]); links],
+        let work = MapScratch {
+            maps: vec![VelocityMap::new(TwistTransfer::None, &[]); links],
             twists: vec![Twist::zero(); links],
-            motions: vec![Motion::rest(); links],
+            motions: vec![FrameMotion::rest(); links],
             nu: vec![0.0; tree.dof()],
             sums: Vec::new(),
         };
@@ -58,14 +58,14 @@ impl Reparametrization for TreeMap {
         self.tree.dof() + self.particles.dof()
     }
 
-    fn blocks(&self) -> Vec<Block> {
+    fn blocks(&self) -> Vec<UnknownBlock> {
         let mut blocks = self.tree.blocks();
         blocks.extend(self.particles.blocks());
         blocks
     }
 
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {
-        let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
+        let MapScratch { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.velocity_maps(q, &mut *maps);
         self.tree.write_null_space(maps, q, nu, twists, out);
@@ -78,7 +78,7 @@ impl Reparametrization for TreeMap {
     }
 
     fn tangent(&self, u: &[f64], s: &Interval, out: &mut DMatrix<f64>) {
-        let Work { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
+        let MapScratch { maps, twists, nu, .. } = &mut *self.work.borrow_mut();
         out.fill(0.0);
         self.tree.tangents(u, &s.q1, &mut *maps);
         self.tree.write_null_space(maps, &s.q1, nu, twists, out);

@@ -12,14 +12,14 @@ use super::tree_step::emitted::Emitted;
 use super::tree_step::part::Links;
 use super::tree_step::workspace::Workspace;
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::HeldVector;
 use crate::tree::Tree;
 use nalgebra::Vector3;
 use vi_constraints::NodalOperators;
 use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Precision};
+use vi_core::newton::{Fault, Precision, UnknownBlock};
 use vi_core::state::Memory;
 use vi_rigid::rotation;
 
@@ -27,7 +27,7 @@ use vi_rigid::rotation;
 #[derive(Debug)]
 pub struct TreeNodal {
     tree: Tree,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     at: Workspace,
     emitted: Emitted,
     q_n: Vec<f64>,
@@ -42,7 +42,7 @@ impl TreeNodal {
     #[must_use]
     pub fn new(tree: &Tree) -> Option<Self> {
         let (n, links) = (12 * tree.links().len(), tree.links());
-        let rotation = |link: &crate::tree::Link| {
+        let rotation = |link: &crate::tree::TreeLink| {
             link.joint.kind.rotation_vector().map(|first| link.offset + first)
         };
         let rotations: Vec<usize> = links.iter().filter_map(rotation).collect();
@@ -87,10 +87,10 @@ impl TreeNodal {
         &mut self,
         matrix: &Emission<'_>,
         s: &Interval,
-    ) -> (&mut Workspace, &[Spatial<Held>]) {
+    ) -> (&mut Workspace, &[Spatial<HeldVector>]) {
         let Self { tree, at, emitted, .. } = self;
         let ends = [&s.q0[..], &s.q1];
-        emitted.assemble(matrix, (tree, &at.links), ends, 1.0);
+        emitted.assemble(matrix, tree, &at.links, ends, 1.0);
         at.take(emitted, ends);
         at.release_links();
         (at, &emitted.blocks)
@@ -123,7 +123,7 @@ impl NodalOperators for TreeNodal {
         self.tree.dof()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -20,7 +20,7 @@
 
 use super::columns::{Act, Axis, Motion};
 use super::link::{ColumnWork, Link, Work};
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use super::pull_back::hand_on;
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Constant, Number, Space, Vector};
@@ -36,7 +36,7 @@ pub(crate) fn weigh<S: Space>(
     [q, a, b]: [&[Number<S>]; 3],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let d = Place::of(s, q, link.frame).d;
+        let d = LinkPlace::of(s, q, link.frame).d;
         let mut c = momenta(s, link, s.read_frame(b, link.frame), rate);
         let a = s.read_frame(a, link.frame);
         for i in 0..4 {
@@ -69,7 +69,7 @@ pub(crate) fn pull<S: Space>(
     mut out: Pulled<'_, Number<S>>,
 ) {
     for (link, work) in links.iter().zip(&mut *works) {
-        pull_body(s, (link, work), rate, [q, w], &mut out);
+        pull_body(s, link, work, rate, [q, w], &mut out);
     }
     let mut carried = Screw::zero(s); // by the link before
     for (k, link) in links.iter().enumerate().rev() {
@@ -91,12 +91,13 @@ pub(crate) fn pull<S: Space>(
 #[inline(always)]
 fn pull_body<S: Space>(
     s: S,
-    (link, work): (&Link<S::Store>, &mut Work<S::Store>),
+    link: &Link<S::Store>,
+    work: &mut Work<S::Store>,
     rate: f64,
     [q, w]: [&[Number<S>]; 2],
     out: &mut Pulled<'_, Number<S>>,
 ) {
-    let (d, twist, at) = (Place::of(s, q, link.frame).d, work.twist.take(s), link.frame);
+    let (d, twist, at) = (LinkPlace::of(s, q, link.frame).d, work.twist.take(s), link.frame);
     let (arm, spin) = (d.mul(s.constant(&link.anchor)), twist.angular);
     let [x, y, z] = d.0;
     let mu = [twist.linear - spin.cross(arm), spin.cross(x), spin.cross(y), spin.cross(z)];
@@ -128,12 +129,12 @@ fn bend_axes<S: Space>(
 ) {
     match link.motion {
         Motion::Along(act) => {
-            let by = by_axis(s, (link, act), F).scaled(m[link.unknown]);
+            let by = by_axis(s, link, act, F).scaled(m[link.unknown]);
             turn_axis(s, link, Axis::Parent(2), by, a);
         }
         Motion::Several(several) => {
             for (unknown, column) in (link.unknown..).zip(several) {
-                let by = by_axis(s, (link, column.act), F).scaled(m[unknown]);
+                let by = by_axis(s, link, column.act, F).scaled(m[unknown]);
                 turn_axis(s, link, column.axis, by, a);
             }
         }
@@ -145,7 +146,8 @@ fn bend_axes<S: Space>(
 #[inline(always)]
 pub(super) fn by_axis<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     F: Screw<S::Vector>,
 ) -> S::Vector {
     match act {
@@ -166,21 +168,21 @@ fn turn_axis<S: Space>(
 ) {
     match axis {
         Axis::Parent(_) if link.parent.is_none() => {} // fixed in the ground
-        Axis::Parent(i) => take_point(s, (&link.axes[i], link.parent_frame), by, a),
-        Axis::Child(i) => take_point(s, (&link.axes_child[i], link.frame), by, a),
+        Axis::Parent(i) => take_point(s, &link.axes[i], link.parent_frame, by, a),
+        Axis::Child(i) => take_point(s, &link.axes_child[i], link.frame, by, a),
     }
 }
 
 /// `a ← a −` a derivative `by` the lever of a joint, carried to the frames it connects.
 #[inline(always)]
 fn bend_lever<S: Space>(s: S, link: &Link<S::Store>, by: S::Vector, a: &mut [Number<S>]) {
-    take_point(s, (&link.lever, link.parent_frame), by, a);
+    take_point(s, &link.lever, link.parent_frame, by, a);
     if !link.closes_gap {
         let back = by * -1.0;
         s.write(s.read(a, link.frame) - by, a, link.frame);
-        take_point(s, (&link.anchor, link.frame), by, a);
+        take_point(s, &link.anchor, link.frame, by, a);
         s.write(s.read(a, link.parent_frame) - back, a, link.parent_frame);
-        take_point(s, (&link.anchor_parent, link.parent_frame), back, a);
+        take_point(s, &link.anchor_parent, link.parent_frame, back, a);
     }
 }
 
@@ -188,7 +190,8 @@ fn bend_lever<S: Space>(s: S, link: &Link<S::Store>, by: S::Vector, a: &mut [Num
 #[inline(always)]
 fn take_point<S: Space>(
     s: S,
-    (x, frame): (&[Constant<S>; 3], usize),
+    x: &[Constant<S>; 3],
+    frame: usize,
     by: S::Vector,
     a: &mut [Number<S>],
 ) {

@@ -49,7 +49,7 @@ impl<M: Store> Couplings<M> {
 }
 
 /// What is left of a link while its columns are eliminated.
-struct Rest<V: Vector> {
+struct LinkRemainder<V: Vector> {
     A: Spatial<V>,
     B: Spatial<V>,
     C: Spatial<V>,
@@ -77,7 +77,7 @@ pub(crate) fn eliminate<S: Space>(
         if let Some(added) = added.get(k) {
             A = A.plus(&added.take(s));
         }
-        let mut rest = Rest {
+        let mut rest = LinkRemainder {
             A,
             B: coupling.of_link.take(s),
             C: coupling.of_parent.take(s),
@@ -103,7 +103,7 @@ pub(crate) fn eliminate<S: Space>(
         }
         let Some(parent) = link.parent else { continue };
         let (lever, next) = (s.take(&work.lever), s.take(&work.lever_next));
-        let Rest { A, B, C, E, p, e } = rest;
+        let LinkRemainder { A, B, C, E, p, e } = rest;
         let matrix = A.between(lever, next).plus(&E);
         let matrix = matrix.plus(&B.between(lever, s.zero())).plus(&C.between(s.zero(), next));
         let sums = &mut couplings[parent].sums;
@@ -117,15 +117,15 @@ pub(crate) fn eliminate<S: Space>(
 #[inline(always)]
 fn eliminate_along<S: Space>(
     s: S,
-    of: (&Link<S::Store>, Act),
+    (link, act): (&Link<S::Store>, Act),
     (work, u): (&mut ColumnWork<S::Store>, &mut Number<S>),
-    Rest { A, B, C, E, p, e }: &mut Rest<S::Vector>,
+    LinkRemainder { A, B, C, E, p, e }: &mut LinkRemainder<S::Vector>,
 ) -> Screw<Held<S>> {
     let axes = [s.take(&work.axis), s.take(&work.axis_next)];
     let ((AS, SA), (_, SB), (CS, _)) =
-        (both(s, of, A, axes), both(s, of, B, axes), both(s, of, C, axes));
-    let inverse = s.number(1.0).over(component(s, of, work, AS) + work.slope);
-    *u = *u - component(s, of, work, *p);
+        (both(s, link, act, A, axes), both(s, link, act, B, axes), both(s, link, act, C, axes));
+    let inverse = s.number(1.0).over(component(s, link, act, work, AS) + work.slope);
+    *u = *u - component(s, link, act, work, *p);
     (work.SA, work.inverse) = (SA.held(), inverse);
     (*p, *e) = (p.plus(AS.times(inverse * *u)), e.plus(CS.times(inverse * *u)));
     *E = E.minus_outer(CS, inverse, SB);
@@ -139,11 +139,11 @@ fn eliminate_along<S: Space>(
 #[inline(always)]
 fn eliminate_rotation<S: Space>(
     s: S,
-    rest: &mut Rest<S::Vector>,
+    rest: &mut LinkRemainder<S::Vector>,
     (gain, of_parent): (&mut Gain<S::Store>, &mut [Gain<S::Store>; 2]),
     x: &mut [Number<S>],
 ) -> Number<S> {
-    let Rest { A, B, C, E, p, e } = rest;
+    let LinkRemainder { A, B, C, E, p, e } = rest;
     let (al, bl, ba) = (A.al.rows(), B.al.rows(), B.aa.rows());
     let u = (s.read(x, 0) - p.angular).components();
     let mut sides = three!(i => {

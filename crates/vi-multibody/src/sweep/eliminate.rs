@@ -14,23 +14,23 @@ use vi_core::lanes::Lanes;
 /// What closed loops between the sweeps of a tree need: the links up to the next apex at a time,
 /// and what is eliminated.
 #[derive(Debug)]
-pub(crate) struct Part<M: Store> {
+pub(crate) struct UpToApex<M: Store> {
     pub(crate) links: Range<usize>,
     pub(crate) forces: Vec<Screw<M::Held>>, // d  Ã S' of joints of columns, none on trees
-    pub(crate) rotations: Vec<Rotation<M>>, // of the links, none where loops pass through none
-    unwritten: Vec<usize>,                  // slots of sums that no child writes
-    carried: Sums<M>,                       // by the link before, of its one child
+    pub(crate) rotations: Vec<EliminatedRotation<M>>, // of the links, none where loops pass through none
+    unwritten: Vec<usize>,                            // slots of sums that no child writes
+    carried: Sums<M>,                                 // by the link before, of its one child
 }
 
 /// What the elimination of a rotation vector leaves, and of the translation of a free body.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rotation<M: Store> {
+pub(crate) struct EliminatedRotation<M: Store> {
     pub(crate) inverse: Columns<M::Held>,     // Ã_aa⁻¹
     pub(crate) coupling: Columns<M::Held>,    // Ã_la Ã_aa⁻¹
     pub(crate) translation: Columns<M::Held>, // (Ã_ll − Ã_la G)⁻¹ of a free body
 }
 
-impl<M: Store> Part<M> {
+impl<M: Store> UpToApex<M> {
     pub(crate) fn new<S: Space<Store = M>>(s: S) -> Self {
         let (forces, rotations, unwritten) = (Vec::new(), Vec::new(), Vec::new());
         Self { links: 0..0, forces, rotations, unwritten, carried: Sums::zero(s) }
@@ -59,7 +59,7 @@ impl<M: Store> Part<M> {
     }
 }
 
-impl<M: Store> Rotation<M> {
+impl<M: Store> EliminatedRotation<M> {
     pub(crate) fn zero<S: Space<Store = M>>(s: S) -> Self {
         let zero = Columns::zero(s).held();
         Self { inverse: zero, coupling: zero, translation: zero }
@@ -98,7 +98,7 @@ pub(crate) fn eliminate<S: Space>(
     links: &[Link<S::Store>],
     works: &mut [Work<S::Store>],
     (columns, gains): (&mut [ColumnWork<S::Store>], &mut [Gain<S::Store>]),
-    (sums, added, part): (&mut [Sums<S::Store>], &[Spatial<Held<S>>], &mut Part<S::Store>),
+    (sums, added, part): (&mut [Sums<S::Store>], &[Spatial<Held<S>>], &mut UpToApex<S::Store>),
     x: &mut [Number<S>],
 ) -> Number<S> {
     let Range { start, end } = part.links;
@@ -144,13 +144,13 @@ pub(crate) fn eliminate<S: Space>(
             }
             Motion::Spherical => {
                 let (own, kept) = (&mut x[link.unknown..], part.rotations.get_mut(k));
-                let pivots = eliminate_rotation(s, (&mut A, &mut p), (&mut gains[k], kept), own);
+                let pivots = eliminate_rotation(s, &mut A, &mut p, &mut gains[k], kept, own);
                 finite = finite + pivots;
             }
             Motion::Free => {
                 let (velocity, spin) = x[link.unknown..].split_at_mut(3);
                 let kept = part.rotations.get_mut(k);
-                let pivots = eliminate_rotation(s, (&mut A, &mut p), (&mut gains[k], kept), spin);
+                let pivots = eliminate_rotation(s, &mut A, &mut p, &mut gains[k], kept, spin);
                 if let Some(kept) = part.rotations.get_mut(k) {
                     kept.translation = solve3::inverse(s, &A.ll).0.held();
                 }
@@ -186,10 +186,10 @@ fn eliminate_along<S: Space>(
     (work, u): (&mut ColumnWork<S::Store>, &mut Number<S>),
     (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
 ) -> Screw<S::Vector> {
-    let (AS, SA) = both(s, (link, act), A, [s.take(&work.axis), s.take(&work.axis_next)]);
-    let D = component(s, (link, act), work, AS) + work.slope; // D = Sᵀ Ã S' + …
+    let (AS, SA) = both(s, link, act, A, [s.take(&work.axis), s.take(&work.axis_next)]);
+    let D = component(s, link, act, work, AS) + work.slope; // D = Sᵀ Ã S' + …
     let inverse = s.number(1.0).over(D);
-    *u = *u - component(s, (link, act), work, *p);
+    *u = *u - component(s, link, act, work, *p);
     (work.SA, work.inverse) = (SA.held(), inverse);
     *p = p.plus(AS.times(inverse * *u));
     *A = A.minus_outer(AS, inverse, SA);
@@ -200,7 +200,8 @@ fn eliminate_along<S: Space>(
 #[inline(always)]
 pub(super) fn both<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     A: &Spatial<S::Vector>,
     [n, next]: [S::Vector; 2],
 ) -> (Screw<S::Vector>, Screw<S::Vector>) {
@@ -235,8 +236,10 @@ fn sliding<V: Vector>(A: &Spatial<V>, n: V, next: V) -> (Screw<V>, Screw<V>) {
 #[inline(always)]
 fn eliminate_rotation<S: Space>(
     s: S,
-    (A, p): (&mut Spatial<S::Vector>, &mut Screw<S::Vector>),
-    (gain, kept): (&mut Gain<S::Store>, Option<&mut Rotation<S::Store>>),
+    A: &mut Spatial<S::Vector>,
+    p: &mut Screw<S::Vector>,
+    gain: &mut Gain<S::Store>,
+    kept: Option<&mut EliminatedRotation<S::Store>>,
     x: &mut [Number<S>],
 ) -> Number<S> {
     let (aa, al) = (A.aa.rows(), A.al.rows());

@@ -1,7 +1,7 @@
 //! The end of a step: coordinates, momenta, round-off.
 
 use super::link::{Link, Work};
-use super::place::{Place, balance, change, momenta};
+use super::place::{LinkPlace, balance, change, momenta};
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
@@ -11,7 +11,7 @@ use vi_core::interval::rounding_error;
 
 /// Coordinates at both ends of a step, and between them.
 #[derive(Debug)]
-pub(crate) struct Ends<'a, N> {
+pub(crate) struct StepEnds<'a, N> {
     pub(crate) h: f64,
     pub(crate) q0: &'a [N],
     /// Rounding error of `q_n`.
@@ -37,11 +37,12 @@ pub(crate) struct Next<'a, N> {
 #[inline(always)]
 fn place_next<S: Space>(
     s: S,
-    (link, work): (&Link<S::Store>, &Work<S::Store>),
-    from: &Place<S::Vector>,
+    link: &Link<S::Store>,
+    work: &Work<S::Store>,
+    from: &LinkPlace<S::Vector>,
     error: [S::Vector; 4],
-    parent: &Place<S::Vector>,
-) -> (Place<S::Vector>, [S::Vector; 4]) {
+    parent: &LinkPlace<S::Vector>,
+) -> (LinkPlace<S::Vector>, [S::Vector; 4]) {
     let (d, anchor) = (from.d, s.constant(&link.anchor));
     let change = change(s, work, &d, d.mul(anchor));
     let next = Columns(three!(i => d.0[i] + (change[i + 1] + error[i + 1])));
@@ -52,7 +53,7 @@ fn place_next<S: Space>(
         }
         false => from.center + (change[0] + error[0]),
     };
-    (Place { center, d: next }, change)
+    (LinkPlace { center, d: next }, change)
 }
 
 /// `q_{n+1}`, `Δq`, `q_{n+1/2}`, `Δq/h` of the last [`advance`](super::advance::advance).
@@ -61,17 +62,17 @@ pub(crate) fn close<S: Space>(
     s: S,
     links: &[Link<S::Store>],
     works: &[Work<S::Store>],
-    mut ends: Ends<'_, Number<S>>,
+    mut ends: StepEnds<'_, Number<S>>,
 ) {
-    let mut next = Place::ground(s); // of the link before
+    let mut next = LinkPlace::ground(s); // of the link before
     for (link, work) in links.iter().zip(works) {
         if !link.follows_parent {
-            next = Place::of_parent(s, link, ends.q1);
+            next = LinkPlace::of_parent(s, link, ends.q1);
         }
         let error = s.read_frame(ends.compensation, link.frame);
-        let from = Place::of(s, ends.q0, link.frame);
+        let from = LinkPlace::of(s, ends.q0, link.frame);
         let change;
-        (next, change) = place_next(s, (link, work), &from, error, &next);
+        (next, change) = place_next(s, link, work, &from, error, &next);
         write(s, [from.vectors(), next.vectors(), change], link.frame, &mut ends);
     }
 }
@@ -83,7 +84,7 @@ fn write<S: Space>(
     s: S,
     [from, to, change]: [[S::Vector; 4]; 3],
     first: usize,
-    ends: &mut Ends<'_, Number<S>>,
+    ends: &mut StepEnds<'_, Number<S>>,
 ) {
     s.write_frame(to, ends.q1, first);
     s.write_frame(change, ends.dq, first);
@@ -110,22 +111,22 @@ pub(crate) fn finish<S: Space>(
     works: &mut [Work<S::Store>],
     mut clean: impl FnMut(usize, u8, &mut [Number<S>]) -> u8,
     impulse: Option<&[Number<S>]>,
-    mut ends: Ends<'_, Number<S>>,
+    mut ends: StepEnds<'_, Number<S>>,
     state: Next<'_, Number<S>>,
 ) -> u8 {
     let rate = 1.0 / ends.h;
     let Next { q, rounding, p } = state;
     let (mut off, mut far) = (0, s.zero());
-    let mut next = Place::ground(s); // of the link before
+    let mut next = LinkPlace::ground(s); // of the link before
     for (k, link) in links.iter().enumerate() {
         if !link.follows_parent {
-            next = Place::of_parent(s, link, ends.q1);
+            next = LinkPlace::of_parent(s, link, ends.q1);
         }
         let (parent, at, work) = (next, link.frame, &works[k]);
-        let from = Place::of(s, ends.q0, at);
+        let from = LinkPlace::of(s, ends.q0, at);
         let error = s.read_frame(ends.compensation, at);
         let change;
-        (next, change) = place_next(s, (link, work), &from, error, &parent);
+        (next, change) = place_next(s, link, work, &from, error, &parent);
         let (start, end) = (from.vectors(), next.vectors());
         write(s, [start, end, change], at, &mut ends);
         far = far + next.center * 0.0; // not zero where it is not finite
@@ -188,8 +189,8 @@ fn rounding_errors<V: Vector>(start: [V; 4], end: [V; 4], change: [V; 4], error:
 fn is_in_place<S: Space>(
     s: S,
     link: &Link<S::Store>,
-    own: &Place<S::Vector>,
-    parent: &Place<S::Vector>,
+    own: &LinkPlace<S::Vector>,
+    parent: &LinkPlace<S::Vector>,
 ) -> S::Check {
     let [d1, d2, d3] = own.d.0;
     let one = s.vector([1.0; 3]);
@@ -255,8 +256,8 @@ fn cosine<S: Space>(
 fn across_axis<S: Space>(
     s: S,
     link: &Link<S::Store>,
-    own: &Place<S::Vector>,
-    parent: &Place<S::Vector>,
+    own: &LinkPlace<S::Vector>,
+    parent: &LinkPlace<S::Vector>,
 ) -> S::Vector {
     let gap = own.gap(s, link, parent);
     gap - along_axis(s, link, &parent.d, gap)

@@ -200,7 +200,7 @@ pub(crate) fn constants_with(
 ) -> Option<(Vec<Link<One>>, usize)> {
     let (mut links, mut slots) = (Vec::new(), 0);
     for (k, link) in tree.links().iter().enumerate() {
-        links.push(constants_of(tree, (k, link), &masses[link.frame])?);
+        links.push(constants_of(tree, k, link, &masses[link.frame])?);
     }
     for k in (0..links.len()).rev() {
         let Some(parent) = links[k].parent.filter(|_| !links[k].follows_parent) else { continue };
@@ -215,7 +215,8 @@ pub(crate) fn constants_with(
 
 fn constants_of(
     tree: &Tree,
-    (k, link): (usize, &tree::Link),
+    k: usize,
+    link: &tree::TreeLink,
     mass: &Matrix4<f64>,
 ) -> Option<Link<One>> {
     let kind = link.joint.kind;
@@ -256,6 +257,6 @@ fn constants_of(
 }
 
 /// From the centre of a link to its reference point, its own directors.
-fn reference(link: &tree::Link) -> Vector3<f64> {
+fn reference(link: &tree::TreeLink) -> Vector3<f64> {
     if link.joint.kind.is_free() { Vector3::zeros() } else { link.joint.child.anchor }
 }

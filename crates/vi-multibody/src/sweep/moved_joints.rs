@@ -20,7 +20,7 @@
 use super::columns::Axis;
 use super::costate::by_axis;
 use super::link::{Link, Work};
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use super::pull_back::hand_on;
 use crate::geometry::matrix::Screw;
 use crate::geometry::space::{Number, Space, Vector};
@@ -47,7 +47,7 @@ pub(crate) fn at_start<S: Space>(
             true => [near * -1.0, zero, far, zero],
             false => [zero, zero, far - near, zero],
         };
-        turn_axes(s, link, (q, m), F, &mut vectors);
+        turn_axes(s, link, q, m, F, &mut vectors);
         s.write_frame(vectors, out, NUMBERS * k);
     }
 }
@@ -57,19 +57,20 @@ pub(crate) fn at_start<S: Space>(
 fn turn_axes<S: Space>(
     s: S,
     link: &Link<S::Store>,
-    (q, m): (&[Number<S>], &[Number<S>]),
+    q: &[Number<S>],
+    m: &[Number<S>],
     F: Screw<S::Vector>,
     [_, near, _, far]: &mut [S::Vector; 4],
 ) {
     for (unknown, column) in (link.unknown..).zip(link.motion.columns()) {
-        let by = by_axis(s, (link, column.act), F).scaled(m[unknown]);
+        let by = by_axis(s, link, column.act, F).scaled(m[unknown]);
         match column.axis {
             Axis::Parent(i) => {
-                let axis = Place::of_parent(s, link, q).d.mul(s.constant(&link.axes[i]));
+                let axis = LinkPlace::of_parent(s, link, q).d.mul(s.constant(&link.axes[i]));
                 *near = *near - axis.cross(by);
             }
             Axis::Child(i) => {
-                let axis = Place::of(s, q, link.frame).d.mul(s.constant(&link.axes_child[i]));
+                let axis = LinkPlace::of(s, q, link.frame).d.mul(s.constant(&link.axes_child[i]));
                 *far = *far - axis.cross(by);
             }
         }
@@ -88,7 +89,7 @@ pub(crate) fn at_end<S: Space>(
     out: &mut [Number<S>],
 ) {
     for (link, work) in links.iter().zip(&mut *works) {
-        let d = Place::of(s, q, link.frame).d;
+        let d = LinkPlace::of(s, q, link.frame).d;
         let [mut sum, mu, c] = [b, mu, c].map(|x| s.read_frame(x, link.frame));
         for i in 0..4 {
             sum[i] = sum[i] + mu[i];
@@ -105,8 +106,8 @@ pub(crate) fn at_end<S: Space>(
         carried = Screw::zero(s);
         let mut turn = R.angular;
         if !link.closes_gap {
-            let own = Place::of(s, q, link.frame);
-            turn = turn + own.gap(s, link, &Place::of_parent(s, link, q)).cross(R.linear);
+            let own = LinkPlace::of(s, q, link.frame);
+            turn = turn + own.gap(s, link, &LinkPlace::of_parent(s, link, q)).cross(R.linear);
         }
         let vectors = [R.linear, turn, R.linear * -1.0, R.angular * -1.0];
         s.write_frame(vectors, out, NUMBERS * k);

@@ -2,7 +2,7 @@
 
 use super::columns::{Axis, Motion};
 use super::link::{ColumnWork, Link, Work};
-use super::place::{Place, balance};
+use super::place::{LinkPlace, balance};
 use crate::geometry::matrix::Columns;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::{Number, Space, Vector};
@@ -18,8 +18,8 @@ pub(crate) fn open<S: Space>(
     [q, p, impulse]: [&[Number<S>]; 3],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
+        open_joint(s, link, work, &own, &at);
         open_inertia(s, link, work, &own.d);
         let anchor = own.d.mul(s.constant(&link.anchor));
         let (p, impulse) = (s.read_frame(p, link.frame), s.read_frame(impulse, link.frame));
@@ -39,8 +39,8 @@ pub(crate) fn open_joints<S: Space>(
     q: &[Number<S>],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
+        open_joint(s, link, work, &own, &at);
     }
     open_columns(s, links, columns, q);
 }
@@ -55,8 +55,8 @@ pub(crate) fn open_at_rest<S: Space>(
     q: &[Number<S>],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (own, at) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
-        open_joint(s, link, work, (&own, &at));
+        let (own, at) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
+        open_joint(s, link, work, &own, &at);
         open_inertia(s, link, work, &own.d);
         (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
     }
@@ -75,11 +75,11 @@ pub(crate) fn open_back<S: Space>(
     [q0, q1]: [&[Number<S>]; 2],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (to, parent) = (Place::of(s, q0, link.frame), Place::of_parent(s, link, q0));
-        open_joint(s, link, work, (&to, &parent));
+        let (to, parent) = (LinkPlace::of(s, q0, link.frame), LinkPlace::of_parent(s, link, q0));
+        open_joint(s, link, work, &to, &parent);
         (work.lever_next, work.column.axis_next) = (work.lever, work.column.axis);
-        let (own, parent) = (Place::of(s, q1, link.frame), Place::of_parent(s, link, q1));
-        open_joint(s, link, work, (&own, &parent));
+        let (own, parent) = (LinkPlace::of(s, q1, link.frame), LinkPlace::of_parent(s, link, q1));
+        open_joint(s, link, work, &own, &parent);
         open_inertia(s, link, work, &own.d);
         work.turn = to.d.times_transposed(&own.d).minus(&Columns::identity(s)).held();
     }
@@ -94,7 +94,8 @@ fn open_joint<S: Space>(
     s: S,
     link: &Link<S::Store>,
     work: &mut Work<S::Store>,
-    (own, at): (&Place<S::Vector>, &Place<S::Vector>),
+    own: &LinkPlace<S::Vector>,
+    at: &LinkPlace<S::Vector>,
 ) {
     let mut lever = at.d.mul(s.constant(&link.lever));
     if !link.closes_gap {
@@ -132,7 +133,7 @@ fn open_columns<S: Space>(
         let Motion::Several(several) = link.motion else {
             continue;
         };
-        let (own, parent) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
+        let (own, parent) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
         for (column, work) in several.iter().zip(&mut columns[link.unknown..]) {
             let axis = match column.axis {
                 Axis::Parent(i) => parent.d.mul(s.constant(&link.axes[i])),

@@ -6,12 +6,12 @@ use crate::geometry::space::{Number, Space, Vector};
 
 /// Where a link is: its centre and its directors.
 #[derive(Clone, Copy)]
-pub(crate) struct Place<V> {
+pub(crate) struct LinkPlace<V> {
     pub(crate) center: V,
     pub(crate) d: Columns<V>,
 }
 
-impl<V: Vector> Place<V> {
+impl<V: Vector> LinkPlace<V> {
     #[inline(always)]
     pub(crate) fn of<S: Space<Vector = V>>(s: S, q: &[Number<S>], first: usize) -> Self {
         let [center, a, b, c] = s.read_frame(q, first);

@@ -25,47 +25,47 @@ use super::columns::{Act, Axis, Motion};
 use super::costate::by_axis;
 use super::coupled::Couplings;
 use super::link::Link;
-use super::place::{Place, balance, momenta};
+use super::place::{LinkPlace, balance, momenta};
 use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::one_tree::{Held, One, OneTree, Width, Xyz, sweep, three};
+use crate::geometry::one_tree::{HeldVector, One, OneTree, Width, Xyz, sweep, three};
 use crate::geometry::space::{Space, Vector};
 use nalgebra::DMatrix;
 
 /// A link at a control point.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stand {
-    d: Columns<Held>,
-    arm: Held,           // from the centre to the reference point
-    lever: Held,         // ℓ
-    bent: Columns<Held>, // of the frame and of the levers of what it carries
-    wrench: Screw<Held>, // F
-    twist: Screw<Held>,  // y
+struct LinkAtPoint {
+    d: Columns<HeldVector>,
+    arm: HeldVector,           // from the centre to the reference point
+    lever: HeldVector,         // ℓ
+    bent: Columns<HeldVector>, // of the frame and of the levers of what it carries
+    wrench: Screw<HeldVector>, // F
+    twist: Screw<HeldVector>,  // y
 }
 
 /// The tree at all control points of a step, and what the elimination leaves.
 #[derive(Debug)]
 pub(crate) struct PointTree {
     s: usize,
-    K: DMatrix<f64>,                // (s + 1) × (s + 1)
-    stands: Vec<Stand>,             // link by link, s + 1 each
-    axes: Vec<Held>,                // of unknowns along axes, s + 1 each
-    loads: Vec<Screw<Held>>,        // link by link, s each  p
-    own: [Vec<Spatial<Held>>; 2],   // s × s  Â of the present link, and for its parent
-    carried: [Vec<Screw<Held>>; 2], // s  p of both
-    sums: Vec<Spatial<Held>>,       // of slots, s × s each
-    sum_loads: Vec<Screw<Held>>,    // s each
-    columns: [Vec<Screw<Held>>; 2], // Â S, U; (joint column, i) by j
-    rows: Vec<f64>,                 // [D, V, S'ᵀ p], then D⁻¹ [V, S'ᵀ p], joint by joint
-    first: Vec<usize>,              // where those of a link begin
-    m: Vec<f64>,                    // μ along unknowns, s each
+    K: DMatrix<f64>,                      // (s + 1) × (s + 1)
+    stands: Vec<LinkAtPoint>,             // link by link, s + 1 each
+    axes: Vec<HeldVector>,                // of unknowns along axes, s + 1 each
+    loads: Vec<Screw<HeldVector>>,        // link by link, s each  p
+    own: [Vec<Spatial<HeldVector>>; 2],   // s × s  Â of the present link, and for its parent
+    carried: [Vec<Screw<HeldVector>>; 2], // s  p of both
+    sums: Vec<Spatial<HeldVector>>,       // of slots, s × s each
+    sum_loads: Vec<Screw<HeldVector>>,    // s each
+    columns: [Vec<Screw<HeldVector>>; 2], // Â S, U; (joint column, i) by j
+    rows: Vec<f64>,                       // [D, V, S'ᵀ p], then D⁻¹ [V, S'ᵀ p], joint by joint
+    first: Vec<usize>,                    // where those of a link begin
+    m: Vec<f64>,                          // μ along unknowns, s each
 }
 
 /// What else acts in a step, transposed: `h H_ij` without inertia and curvature; for each `(j, i)`
 /// in the order of columns `i` in rows `j`, of all links.
 #[derive(Debug)]
-pub(crate) struct Acting {
+pub(crate) struct ActingTransposed {
     /// On the links.
-    pub(crate) blocks: Vec<Vec<Spatial<Held>>>,
+    pub(crate) blocks: Vec<Vec<Spatial<HeldVector>>>,
     /// Between links and their parents; empty where none are coupled.
     pub(crate) couplings: Vec<Couplings<One>>,
 }
@@ -82,7 +82,7 @@ fn length(link: &Link<One>, s: usize) -> usize {
 
 impl PointTree {
     /// Of links with so many slots and unknowns.
-    pub(crate) fn new(links: &[Link<One>], (slots, d): (usize, usize), K: &DMatrix<f64>) -> Self {
+    pub(crate) fn new(links: &[Link<One>], slots: usize, d: usize, K: &DMatrix<f64>) -> Self {
         let s = K.nrows() - 1;
         let block = || vec![Spatial::default(); s * s];
         let screws = |count: usize| vec![Screw::default(); count];
@@ -94,8 +94,8 @@ impl PointTree {
         Self {
             s,
             K: K.clone(),
-            stands: vec![Stand::default(); links.len() * (s + 1)],
-            axes: vec![Held::default(); d * (s + 1)],
+            stands: vec![LinkAtPoint::default(); links.len() * (s + 1)],
+            axes: vec![HeldVector::default(); d * (s + 1)],
             loads: screws(links.len() * s),
             own: [block(), block()],
             carried: [screws(s), screws(s)],
@@ -114,7 +114,7 @@ impl PointTree {
     }
 
     /// Takes the wrenches of `h w_l`, `0 < l < s`.
-    pub(crate) fn bend(&mut self, links: &[Link<One>], (l, h): (usize, f64), w: &[f64]) {
+    pub(crate) fn bend(&mut self, links: &[Link<One>], l: usize, h: f64, w: &[f64]) {
         bend_links(self, links, l, h, w);
     }
 
@@ -124,13 +124,14 @@ impl PointTree {
         links: &[Link<One>],
         l: usize,
         b: &[f64],
-        (scale, more): (f64, &[f64]),
+        scale: f64,
+        more: &[f64],
     ) {
         load_links(self, links, l, b, scale, more);
     }
 
     /// Solves for the twists of `μ_i`; whether all pivots are numbers.
-    pub(crate) fn solve(&mut self, links: &[Link<One>], acting: Option<&Acting>) -> bool {
+    pub(crate) fn solve(&mut self, links: &[Link<One>], acting: Option<&ActingTransposed>) -> bool {
         let solvable = eliminate_links(self, links, acting);
         substitute_links(self, links);
         solvable
@@ -148,7 +149,7 @@ impl PointTree {
     }
 
     /// The twist of `μ_i` of a link.
-    pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<Held> {
+    pub(crate) fn twist(&self, link: usize, i: usize) -> Screw<HeldVector> {
         self.stands[link * (self.s + 1) + i].twist
     }
 
@@ -172,7 +173,7 @@ fn sweep_stand<W: Width>(
 ) {
     let points = at.s + 1;
     for (k, link) in links.iter().enumerate() {
-        let (own, parent) = (Place::of(s, q, link.frame), Place::of_parent(s, link, q));
+        let (own, parent) = (LinkPlace::of(s, q, link.frame), LinkPlace::of_parent(s, link, q));
         let mut lever = parent.d.mul(s.constant(&link.lever));
         if !link.closes_gap {
             lever = lever + own.gap(s, link, &parent);
@@ -272,9 +273,11 @@ fn sweep_load<W: Width>(
 #[inline(always)]
 fn column<W: Width>(
     s: OneTree<W>,
-    axes: &[Held],
+    axes: &[HeldVector],
     link: &Link<One>,
-    (c, l, points): (usize, usize, usize),
+    c: usize,
+    l: usize,
+    points: usize,
 ) -> (Act, Xyz<W>, Option<Axis>) {
     match link.motion {
         Motion::Spherical | Motion::Free => {
@@ -331,7 +334,7 @@ fn write<W: Width>(s: OneTree<W>, v: Screw<Xyz<W>>, x: &mut [f64], first: usize)
 
 sweep! {
     eliminate_links = sweep_eliminate(
-        at: &'a mut PointTree, links: &'a [Link<One>], acting: Option<&'a Acting>
+        at: &'a mut PointTree, links: &'a [Link<One>], acting: Option<&'a ActingTransposed>
     ) -> bool
 }
 
@@ -340,13 +343,13 @@ fn sweep_eliminate<W: Width>(
     s: OneTree<W>,
     at: &mut PointTree,
     links: &[Link<One>],
-    acting: Option<&Acting>,
+    acting: Option<&ActingTransposed>,
 ) -> bool {
     let (n, points) = (at.s, at.s + 1);
     let mut solvable = true;
     for (k, link) in links.iter().enumerate().rev() {
         let follows = links.get(k + 1).is_some_and(|next| next.follows_parent);
-        own_blocks(s, at, (k, link), follows, acting);
+        own_blocks(s, at, k, link, follows, acting);
         let d = link.motion.dof();
         let (size, row) = (unknowns(link, n), length(link, n));
         let [ends, pushed] = &mut at.columns;
@@ -357,13 +360,13 @@ fn sweep_eliminate<W: Width>(
         let rows = &mut at.rows[at.first[k]..at.first[k] + size * row];
         for c in 0..d {
             for i in 0..n {
-                let (act, axis, fixed) = column(s, &at.axes, link, (c, i, points));
+                let (act, axis, fixed) = column(s, &at.axes, link, c, i, points);
                 let S = motion(s, link, act, axis);
                 for j in 0..n {
                     let mut end = image(&A[j * n + i].take(s), S);
                     let mut turned = s.zero();
                     if j + 1 == i && fixed.is_some() {
-                        turned = axis.cross(by_axis(s, (link, act), stands[i].wrench.take(s)));
+                        turned = axis.cross(by_axis(s, link, act, stands[i].wrench.take(s)));
                         if let Some(Axis::Child(_)) = fixed {
                             end.angular = end.angular + turned;
                         }
@@ -383,7 +386,7 @@ fn sweep_eliminate<W: Width>(
         }
         for c in 0..d {
             for j in 0..n {
-                let (act, axis, _) = column(s, &at.axes, link, (c, j + 1, points));
+                let (act, axis, _) = column(s, &at.axes, link, c, j + 1, points);
                 let S = motion(s, link, act, axis);
                 let own = &mut rows[(c * n + j) * row..(c * n + j + 1) * row];
                 for (column, end) in own[..size].iter_mut().zip(ends[j..].iter().step_by(n)) {
@@ -455,9 +458,10 @@ fn sweep_eliminate<W: Width>(
 fn own_blocks<W: Width>(
     s: OneTree<W>,
     at: &mut PointTree,
-    (k, link): (usize, &Link<One>),
+    k: usize,
+    link: &Link<One>,
     follows: bool,
-    acting: Option<&Acting>,
+    acting: Option<&ActingTransposed>,
 ) {
     let (n, points) = (at.s, at.s + 1);
     let [A, carried] = &mut at.own; // the latter by the next link
@@ -567,7 +571,7 @@ fn sweep_substitute<W: Width>(s: OneTree<W>, at: &mut PointTree, links: &[Link<O
         }
         for (c, own) in m.chunks_exact(n).enumerate() {
             for (i, m) in own.iter().enumerate() {
-                let (act, axis, _) = column(s, &at.axes, link, (c, i, points));
+                let (act, axis, _) = column(s, &at.axes, link, c, i, points);
                 let twist = &mut at.stands[k * points + i].twist;
                 *twist = twist.take(s).plus(motion(s, link, act, axis).times(*m)).held();
             }
@@ -602,7 +606,7 @@ fn sweep_push<W: Width>(
             twist.angular = s.zero(); // its unknowns are the spin in space, as in `pull_back`
         }
         for c in 0..link.motion.dof() {
-            let (act, axis, _) = column(s, &at.axes, link, (c, l, points));
+            let (act, axis, _) = column(s, &at.axes, link, c, l, points);
             twist = twist.plus(motion(s, link, act, axis).times(m[link.unknown + c]));
         }
         at.stands[k * points + l].twist = twist.held();

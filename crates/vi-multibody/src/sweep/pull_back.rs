@@ -22,11 +22,11 @@ pub(crate) fn pull_back<S: Space>(
         match link.motion {
             Motion::Fixed => {}
             Motion::Along(act) => {
-                r[link.unknown] = component(s, (link, act), &work.column, wrench);
+                r[link.unknown] = component(s, link, act, &work.column, wrench);
             }
             Motion::Several(several) => {
                 for (unknown, column) in (link.unknown..).zip(several) {
-                    r[unknown] = component(s, (link, column.act), &columns[unknown], wrench);
+                    r[unknown] = component(s, link, column.act, &columns[unknown], wrench);
                 }
             }
             Motion::Spherical => {
@@ -67,7 +67,8 @@ pub(super) fn hand_on<S: Space>(
 #[inline(always)]
 pub(super) fn component<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     work: &ColumnWork<S::Store>,
     b: Screw<S::Vector>,
 ) -> Number<S> {

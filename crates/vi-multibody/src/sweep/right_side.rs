@@ -2,7 +2,7 @@
 #![allow(non_snake_case)] // G, S
 
 use super::columns::{Act, Motion};
-use super::eliminate::Rotation;
+use super::eliminate::EliminatedRotation;
 use super::link::{ColumnWork, Gain, Link, Work};
 use super::pull_back::{component, lever};
 use crate::geometry::matrix::Screw;
@@ -18,7 +18,7 @@ pub(crate) fn eliminate_side<S: Space>(
     (columns, gains, rotations): (
         &[ColumnWork<S::Store>],
         &[Gain<S::Store>],
-        &[Rotation<S::Store>],
+        &[EliminatedRotation<S::Store>],
     ),
     x: &mut [Number<S>],
 ) {
@@ -31,12 +31,12 @@ pub(crate) fn eliminate_side<S: Space>(
         }
         match link.motion {
             Motion::Fixed => {}
-            Motion::Along(act) => pass(s, (link, act), &work.column, &mut x[link.unknown], &mut p),
+            Motion::Along(act) => pass(s, link, act, &work.column, &mut x[link.unknown], &mut p),
             Motion::Several(several) => {
                 for (j, column) in several.iter().enumerate().rev() {
                     let unknown = link.unknown + j;
                     let (own, u) = (&columns[unknown], &mut x[unknown]);
-                    pass(s, (link, column.act), own, u, &mut p);
+                    pass(s, link, column.act, own, u, &mut p);
                 }
             }
             Motion::Spherical => {
@@ -66,12 +66,13 @@ pub(crate) fn eliminate_side<S: Space>(
 #[inline(always)]
 fn pass<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     work: &ColumnWork<S::Store>,
     u: &mut Number<S>,
     p: &mut Screw<S::Vector>,
 ) {
-    *u = *u - component(s, (link, act), work, *p);
+    *u = *u - component(s, link, act, work, *p);
     *p = p.plus(work.SA.take(s).times(work.inverse * *u));
 }
 
@@ -80,7 +81,7 @@ fn pass<S: Space>(
 #[inline(always)]
 fn rotate<S: Space>(
     s: S,
-    (gain, kept): (&Gain<S::Store>, &Rotation<S::Store>),
+    (gain, kept): (&Gain<S::Store>, &EliminatedRotation<S::Store>),
     x: &mut [Number<S>],
     p: Screw<S::Vector>,
 ) -> Screw<S::Vector> {

@@ -33,11 +33,11 @@ pub(crate) fn substitute<S: Space>(
         match link.motion {
             Motion::Fixed => {}
             Motion::Along(act) => {
-                follow(s, (link, act), &work.column, &mut x[first], &mut twist);
+                follow(s, link, act, &work.column, &mut x[first], &mut twist);
             }
             Motion::Several(several) => {
                 for (unknown, column) in (first..).zip(several) {
-                    follow(s, (link, column.act), &columns[unknown], &mut x[unknown], &mut twist);
+                    follow(s, link, column.act, &columns[unknown], &mut x[unknown], &mut twist);
                 }
             }
             Motion::Spherical => {
@@ -61,7 +61,8 @@ pub(crate) fn substitute<S: Space>(
 #[inline(always)]
 fn follow<S: Space>(
     s: S,
-    (link, act): (&Link<S::Store>, Act),
+    link: &Link<S::Store>,
+    act: Act,
     work: &ColumnWork<S::Store>,
     x: &mut Number<S>,
     twist: &mut Screw<S::Vector>,

@@ -1,7 +1,7 @@
 //! Velocities of frames from the twists of the links.
 
 use super::link::{Link, Work};
-use super::place::Place;
+use super::place::LinkPlace;
 use crate::geometry::space::{Number, Space, Vector};
 
 /// `v`: velocities of centres and directors from the twists of the links at `q`, `v = P ν`.
@@ -14,7 +14,7 @@ pub(crate) fn push_forward<S: Space>(
     v: &mut [Number<S>],
 ) {
     for (link, work) in links.iter().zip(works) {
-        let (d, twist) = (Place::of(s, q, link.frame).d, work.twist.take(s));
+        let (d, twist) = (LinkPlace::of(s, q, link.frame).d, work.twist.take(s));
         let arm = d.mul(s.constant(&link.anchor)); // from the centre to the reference point
         let center = twist.linear - twist.angular.cross(arm);
         let [a, b, c] = d.0;

@@ -1,6 +1,6 @@
 //! The velocity maps of all pairs of a tree, at a configuration and at the end of a step.
 
-use crate::pair::{Motion, Transfer, Twist, VelocityMap};
+use crate::pair::{FrameMotion, Twist, TwistTransfer, VelocityMap};
 use crate::tree::Tree;
 use vi_constraints::reparametrization::LastStep;
 use vi_core::interval::Interval;
@@ -11,7 +11,7 @@ use vi_core::newton::Fault;
 pub(crate) struct TreeMaps {
     tree: Tree,
     maps: [Vec<VelocityMap>; 2], // X, S at q_n; X', S' at q_{n+1}
-    motions: Vec<Motion>,        // scratch
+    motions: Vec<FrameMotion>,   // scratch
     wrenches: Vec<Twist>,        // scratch
 }
 
@@ -19,10 +19,10 @@ impl TreeMaps {
     /// For a tree of frames.
     pub(crate) fn new(tree: Tree) -> Self {
         let count = tree.links().len();
-        let maps = || vec![VelocityMap::new(Transfer::None, &[]); count];
+        let maps = || vec![VelocityMap::new(TwistTransfer::None, &[]); count];
         Self {
             maps: [maps(), maps()],
-            motions: vec![Motion::rest(); count],
+            motions: vec![FrameMotion::rest(); count],
             wrenches: vec![Twist::zero(); count],
             tree,
         }

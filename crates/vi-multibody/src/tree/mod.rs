@@ -13,11 +13,11 @@ pub(crate) mod maps;
 pub mod particle;
 
 use crate::pair::joint::{FrameId, GROUND, Joint, JointConfiguration};
-use crate::pair::{Motion, Twist, VelocityMap};
+use crate::pair::{FrameMotion, Twist, VelocityMap};
 use nalgebra::{DMatrix, Vector3};
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{BlockKind, Fault, UnknownBlock};
 use vi_rigid::{directors, null_space, reparametrization, rotation};
 
 /// Round-off that is left in relative attitudes, and in gaps relative to their size.
@@ -28,7 +28,7 @@ pub(crate) const FLOOR: f64 = 1e-6;
 
 /// A frame of the tree with its inboard joint.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Link {
+pub struct TreeLink {
     /// The frame; its coordinates start at `12 frame`.
     pub frame: usize,
     /// Index of the parent link; `None`: the ground, or a free root.
@@ -40,7 +40,7 @@ pub struct Link {
     pub offset: usize,
 }
 
-impl Link {
+impl TreeLink {
     /// Number of its degrees of freedom.
     #[must_use]
     pub fn dof(&self) -> usize {
@@ -55,7 +55,7 @@ impl Link {
 /// A forest of frames, root first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tree {
-    links: Vec<Link>,
+    links: Vec<TreeLink>,
     link_of: Vec<usize>, // of each frame
     dof: usize,
 }
@@ -67,7 +67,7 @@ impl Tree {
     /// # Panics
     /// When a parent does not precede its child, or frames are not numbered from 0 on.
     #[must_use]
-    pub fn new(mut links: Vec<Link>) -> Self {
+    pub fn new(mut links: Vec<TreeLink>) -> Self {
         let (mut dof, mut link_of) = (0, vec![0; links.len()]);
         for (k, link) in links.iter_mut().enumerate() {
             assert!(link.parent.is_none_or(|p| p < k), "parents precede their children");
@@ -80,7 +80,7 @@ impl Tree {
 
     /// The links, root first.
     #[must_use]
-    pub fn links(&self) -> &[Link] {
+    pub fn links(&self) -> &[TreeLink] {
         &self.links
     }
 
@@ -115,8 +115,8 @@ impl Tree {
 
     /// Units and scales of the increments.
     #[must_use]
-    pub fn blocks(&self) -> Vec<Block> {
-        let mut blocks: Vec<Block> = Vec::new();
+    pub fn blocks(&self) -> Vec<UnknownBlock> {
+        let mut blocks: Vec<UnknownBlock> = Vec::new();
         for link in &self.links {
             for k in 0..link.dof() {
                 let angle = link.joint.kind.is_angle(k);
@@ -124,7 +124,7 @@ impl Tree {
                 let at = link.offset + k;
                 match blocks.last_mut() {
                     Some(last) if last.kind == kind && last.range.end == at => last.range.end += 1,
-                    _ => blocks.push(Block { kind, range: at..at + 1, floor: FLOOR }),
+                    _ => blocks.push(UnknownBlock { kind, range: at..at + 1, floor: FLOOR }),
                 }
             }
         }
@@ -134,7 +134,7 @@ impl Tree {
     /// The configuration of a link's joint at `q`.
     #[must_use]
     #[inline]
-    pub fn configuration<'a>(&self, link: &'a Link, q: &'a [f64]) -> JointConfiguration<'a> {
+    pub fn configuration<'a>(&self, link: &'a TreeLink, q: &'a [f64]) -> JointConfiguration<'a> {
         let parent = link.parent.map_or(&GROUND[..], |p| self.links[p].coordinates(q));
         JointConfiguration::new(&link.joint, parent, link.coordinates(q))
     }
@@ -229,11 +229,11 @@ impl Tree {
         &self,
         u: &[f64],
         s: &mut Interval,
-        motions: &mut [Motion],
+        motions: &mut [FrameMotion],
     ) -> Result<(), Fault> {
         for (k, link) in self.links.iter().enumerate() {
             let at = self.configuration(link, &s.q0);
-            let parent = link.parent.map_or(Motion::rest(), |p| motions[p]);
+            let parent = link.parent.map_or(FrameMotion::rest(), |p| motions[p]);
             let own = &u[link.offset..link.offset + link.dof()];
             if own.iter().any(|u| !u.is_finite()) {
                 return Err(Fault::NotFinite);
@@ -302,7 +302,7 @@ impl Tree {
     }
 
     /// [`Tree::clean`] of one link; whether anything has changed.
-    pub(crate) fn clean_link(&self, link: &Link, q: &mut [f64]) -> bool {
+    pub(crate) fn clean_link(&self, link: &TreeLink, q: &mut [f64]) -> bool {
         let own = 12 * link.frame..12 * link.frame + 12;
         let mut changed = reparametrization::clean_directors(&mut q[own.clone()]);
         let at = self.configuration(link, q);
@@ -326,7 +326,7 @@ impl Tree {
 
     /// The link that owns an unknown, which is its degree of freedom `unknown − offset`.
     #[must_use]
-    pub fn owner(&self, unknown: usize) -> Option<&Link> {
+    pub fn owner(&self, unknown: usize) -> Option<&TreeLink> {
         let k = self.links.partition_point(|link| link.offset <= unknown);
         let link = self.links[..k].iter().rev().find(|link| link.dof() > 0)?;
         (unknown < link.offset + link.dof()).then_some(link)

@@ -9,11 +9,11 @@
 //! The bases `b_i` belong to `q_n`; the tangent at `q_{n+1}` is `(T(θ) b_i) × r_{n+1}`.
 
 use crate::pair::joint::complete_axis;
-use crate::pair::{Transfer, Twist, VelocityMap};
+use crate::pair::{Twist, TwistTransfer, VelocityMap};
 use crate::tree::FLOOR;
 use nalgebra::{DMatrix, Vector3};
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, BlockKind, Fault};
+use vi_core::newton::{BlockKind, Fault, UnknownBlock};
 use vi_rigid::rotation;
 
 /// The inboard component of a particle of the tree.
@@ -71,13 +71,13 @@ impl ParticleTree {
 
     /// Units and scales of the increments.
     #[must_use]
-    pub fn blocks(&self) -> Vec<Block> {
+    pub fn blocks(&self) -> Vec<UnknownBlock> {
         let block = |bead: &Bead| {
             let (kind, size) = match bead.carrier {
                 Carrier::Free => (BlockKind::Position, self.dimension),
                 _ => (BlockKind::Rotation, self.dimension - 1),
             };
-            Block { kind, range: bead.unknown..bead.unknown + size, floor: FLOOR }
+            UnknownBlock { kind, range: bead.unknown..bead.unknown + size, floor: FLOOR }
         };
         self.beads.iter().map(block).collect()
     }
@@ -187,8 +187,8 @@ impl ParticleTree {
         for (bead, map) in self.beads.iter().zip(maps) {
             map.dof = self.dof_of(bead);
             map.transfer = match bead.carrier {
-                Carrier::Particle(_) => Transfer::Point(Vector3::zeros()),
-                _ => Transfer::None,
+                Carrier::Particle(_) => TwistTransfer::Point(Vector3::zeros()),
+                _ => TwistTransfer::None,
             };
             for k in 0..map.dof {
                 let column = match bead.carrier {

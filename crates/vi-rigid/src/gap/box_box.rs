@@ -25,11 +25,11 @@ use nalgebra::{Matrix3, Vector3};
 use vi_core::{Embed, Number};
 
 /// A box in space: centre, axes, half lengths.
-pub(super) type Place<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<T>);
+pub(super) type PlacedBox<T = f64> = (Vector3<T>, Matrix3<T>, Vector3<T>);
 
 impl<S: Number> ContactShape<S> {
     /// A box on a frame; `None` of other shapes.
-    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<Place<T>>
+    pub(super) fn place<T: Number>(&self, frame: &[T]) -> Option<PlacedBox<T>>
     where
         S: Embed<T>,
     {
@@ -59,12 +59,12 @@ pub(super) fn side(bit: u32) -> f64 {
 }
 
 /// Corner `k`: its sides along the three axes are the bits.
-pub(super) fn corner<T: Number>((center, axes, half): &Place<T>, k: u32) -> Vector3<T> {
+pub(super) fn corner<T: Number>((center, axes, half): &PlacedBox<T>, k: u32) -> Vector3<T> {
     center + axes * Vector3::from_fn(|i, _| half[i] * T::of(side(k >> i)))
 }
 
 /// Edge `k`: its middle and its half, along the axis `k/4`, at the sides by the two bits.
-pub(super) fn edge((center, axes, half): &Place, k: u32) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn edge((center, axes, half): &PlacedBox, k: u32) -> (Vector3<f64>, Vector3<f64>) {
     let axis = (k / 4) as usize;
     let (first, second) = ((axis + 1) % 3, (axis + 2) % 3);
     let middle = center
@@ -73,12 +73,12 @@ pub(super) fn edge((center, axes, half): &Place, k: u32) -> (Vector3<f64>, Vecto
     (middle, axes.column(axis) * half[axis])
 }
 
-fn plane((center, axes, half): &Place, k: u32) -> Plane {
-    face((center, axes, half), k)
+fn plane((center, axes, half): &PlacedBox, k: u32) -> Plane {
+    face(center, axes, half, k)
 }
 
 /// The contact of a feature.
-pub(super) fn contact(feature: u32, a: &Place, b: &Place) -> ContactPoint {
+pub(super) fn contact(feature: u32, a: &PlacedBox, b: &PlacedBox) -> ContactPoint {
     if feature < OF_A {
         return plane(a, feature % FACES).contact_with(&corner(b, feature / FACES));
     }
@@ -110,20 +110,20 @@ pub(super) fn contact(feature: u32, a: &Place, b: &Place) -> ContactPoint {
 }
 
 /// From the centre of a box through the middle of an edge.
-fn outward(of: &Place, k: u32) -> Vector3<f64> {
+fn outward(of: &PlacedBox, k: u32) -> Vector3<f64> {
     edge(of, k).0 - of.0
 }
 
 /// How far the boxes are apart along a direction from A to B.
-fn apart(a: &Place, b: &Place, n: &Vector3<f64>) -> f64 {
-    let reach = |(_, axes, half): &Place| -> f64 {
+fn apart(a: &PlacedBox, b: &PlacedBox, n: &Vector3<f64>) -> f64 {
+    let reach = |(_, axes, half): &PlacedBox| -> f64 {
         (0..3).map(|i| (axes.column(i).dot(n) * half[i]).abs()).sum()
     };
     (b.0 - a.0).dot(n) - reach(a) - reach(b)
 }
 
 /// The features that may touch, with gaps up to `reach`, in ascending order.
-pub(super) fn active(a: &Place, b: &Place, reach: f64, out: &mut Vec<(u32, f64)>) {
+pub(super) fn active(a: &PlacedBox, b: &PlacedBox, reach: f64, out: &mut Vec<(u32, f64)>) {
     let between = b.0 - a.0;
     let tie = TIE * (a.2.amax() + b.2.amax());
     let toward = |n: Vector3<f64>| if n.dot(&between) < 0.0 { -n } else { n };
@@ -185,7 +185,7 @@ pub(super) fn active(a: &Place, b: &Place, reach: f64, out: &mut Vec<(u32, f64)>
                 }
                 false => {
                     let ends = [edge(a, i).0 - a.0, edge(b, j).0 - b.0];
-                    let most = |of: &Place, n: &Vector3<f64>| -> f64 {
+                    let most = |of: &PlacedBox, n: &Vector3<f64>| -> f64 {
                         (0..3).map(|k| (of.1.column(k).dot(n) * of.2[k]).abs()).sum()
                     };
                     (ends[0].dot(&normal) - most(a, &normal)).abs() <= tie
@@ -201,7 +201,7 @@ pub(super) fn active(a: &Place, b: &Place, reach: f64, out: &mut Vec<(u32, f64)>
 }
 
 /// The face of a box that is most in a direction.
-fn supporting((_, axes, _): &Place, n: &Vector3<f64>) -> u32 {
+fn supporting((_, axes, _): &PlacedBox, n: &Vector3<f64>) -> u32 {
     let along = [0, 1, 2].map(|i| axes.column(i).dot(n));
     let axis = (1..3).fold(0, |best, i| match along[i].abs() > along[best].abs() {
         true => i,
@@ -227,21 +227,21 @@ fn is_edge_of(edge: u32, face: u32) -> bool {
 }
 
 /// Whether the foot of a point is on a face.
-fn is_above((center, axes, half): &Place, face: u32, x: &Vector3<f64>) -> bool {
+fn is_above((center, axes, half): &PlacedBox, face: u32, x: &Vector3<f64>) -> bool {
     let arm = x - center;
     let inside = |i: usize| arm.dot(&axes.column(i)).abs() <= half[i] * (1.0 + TIE);
     (0..3).filter(|i| *i != (face / 2) as usize).all(inside)
 }
 
 /// Whether the foot of a point on a face is a corner of it, which is a contact already.
-fn is_at_corner((center, axes, half): &Place, face: u32, x: &Vector3<f64>) -> bool {
+fn is_at_corner((center, axes, half): &PlacedBox, face: u32, x: &Vector3<f64>) -> bool {
     let arm = x - center;
     let at_end = |i: usize| arm.dot(&axes.column(i)).abs() >= half[i] * (1.0 - TIE);
     (0..3).filter(|i| *i != (face / 2) as usize).all(at_end)
 }
 
 /// Whether two edges cross, seen along the normal, inside of both, and are not parallel.
-fn crosses(a: &Place, i: u32, b: &Place, j: u32, normal: &Vector3<f64>) -> bool {
+fn crosses(a: &PlacedBox, i: u32, b: &PlacedBox, j: u32, normal: &Vector3<f64>) -> bool {
     let ((x_a, e_a), (x_b, e_b)) = (edge(a, i), edge(b, j));
     let flat = |v: Vector3<f64>| v - normal * v.dot(normal);
     let (p, q, d) = (flat(e_a), flat(e_b), flat(x_b - x_a));

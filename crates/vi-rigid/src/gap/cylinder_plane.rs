@@ -119,7 +119,8 @@ fn next_to(angle: f64, parts: u32) -> u32 {
 pub(super) fn contact<S: Embed<T>, T: Number>(
     feature: u32,
     plane: &Plane<T>,
-    (ends, radius): (&[Vector3<S>; 2], S),
+    ends: &[Vector3<S>; 2],
+    radius: S,
     frame: &[T],
 ) -> ContactPoint<T> {
     let rims: Rims<T> = Rims::new(ends, frame);

@@ -5,8 +5,8 @@
 //! for every unit vector `n` and all points. Where both are the same, the gap is the distance.
 //! Supports and inclusions are written here on their own.
 
-use super::outline::Kind;
-use super::outline_pairs::{Feature, Parts};
+use super::outline::OutlineShape;
+use super::outline_pairs::{Feature, FeatureParts};
 use super::tests::off_the_gradient;
 use super::*;
 use crate::directors::FRAME;
@@ -31,34 +31,37 @@ fn brick(half: [f64; 3]) -> ContactShape {
     }
 }
 
-fn shape(kind: Kind, sample: &mut Sample) -> ContactShape {
+fn shape(kind: OutlineShape, sample: &mut Sample) -> ContactShape {
     let mut length = |least: f64| least + 0.5 * sample.number().abs();
     let (half, radius, other) = (length(0.02), length(0.02), length(0.02));
     match kind {
-        Kind::Cylinder => cylinder(half, radius),
-        Kind::Capsule => capsule(half, radius),
-        Kind::Box => brick([half, radius, other]),
+        OutlineShape::Cylinder => cylinder(half, radius),
+        OutlineShape::Capsule => capsule(half, radius),
+        OutlineShape::Box => brick([half, radius, other]),
     }
 }
 
 /// Every pair of shapes whose features these are.
-const PAIRS: [[Kind; 2]; 4] = [
-    [Kind::Cylinder, Kind::Box],
-    [Kind::Cylinder, Kind::Capsule],
-    [Kind::Cylinder, Kind::Cylinder],
-    [Kind::Capsule, Kind::Box],
+const PAIRS: [[OutlineShape; 2]; 4] = [
+    [OutlineShape::Cylinder, OutlineShape::Box],
+    [OutlineShape::Cylinder, OutlineShape::Capsule],
+    [OutlineShape::Cylinder, OutlineShape::Cylinder],
+    [OutlineShape::Capsule, OutlineShape::Box],
 ];
 
 /// Centre, axes and lengths of a shape in space.
-fn placed(shape: &ContactShape, frame: &[f64]) -> (Vector3<f64>, Matrix3<f64>, [f64; 3], Kind) {
+fn placed(
+    shape: &ContactShape,
+    frame: &[f64],
+) -> (Vector3<f64>, Matrix3<f64>, [f64; 3], OutlineShape) {
     let triad = Matrix3::from_column_slice(&frame[3..]);
     let at = |x: &Vector3<f64>| Vector3::from_column_slice(&frame[..3]) + triad * x;
     match shape {
         ContactShape::Box { center, axes, half_lengths } => {
-            (at(center), triad * axes, (*half_lengths).into(), Kind::Box)
+            (at(center), triad * axes, (*half_lengths).into(), OutlineShape::Box)
         }
         ContactShape::Cylinder { ends, radius } | ContactShape::Capsule { ends, radius } => {
-            let kind = Kind::of(shape).unwrap();
+            let kind = OutlineShape::of(shape).unwrap();
             let along = triad * (ends[1] - ends[0]);
             let mut axes = Matrix3::zeros();
             axes.set_column(2, &along.normalize());
@@ -74,14 +77,16 @@ fn support(shape: &ContactShape, frame: &[f64], n: &Vector3<f64>) -> f64 {
     let z = n.dot(&axes.column(2)).abs();
     center.dot(n)
         + match kind {
-            Kind::Box => (0..3).map(|i| lengths[i] * n.dot(&axes.column(i)).abs()).sum::<f64>(),
-            Kind::Cylinder => z * lengths[2] + lengths[0] * n.cross(&axes.column(2)).norm(),
-            Kind::Capsule => z * lengths[2] + lengths[0],
+            OutlineShape::Box => {
+                (0..3).map(|i| lengths[i] * n.dot(&axes.column(i)).abs()).sum::<f64>()
+            }
+            OutlineShape::Cylinder => z * lengths[2] + lengths[0] * n.cross(&axes.column(2)).norm(),
+            OutlineShape::Capsule => z * lengths[2] + lengths[0],
         }
 }
 
 /// `s(n)`.
-fn apart(pair: &Pair, [p, q]: [&[f64]; 2], n: &Vector3<f64>) -> f64 {
+fn apart(pair: &ShapePair, [p, q]: [&[f64]; 2], n: &Vector3<f64>) -> f64 {
     -support(&pair.b, q, &-n) - support(&pair.a, p, n)
 }
 
@@ -92,16 +97,16 @@ fn outside(shape: &ContactShape, frame: &[f64], x: &Vector3<f64>) -> f64 {
     let z = arm.dot(&axes.column(2));
     let across = |z: f64| (arm - axes.column(2) * z).norm();
     match kind {
-        Kind::Box => {
+        OutlineShape::Box => {
             (0..3).fold(f64::MIN, |most, i| most.max(arm.dot(&axes.column(i)).abs() - lengths[i]))
         }
-        Kind::Cylinder => (z.abs() - lengths[2]).max(across(z) - lengths[0]),
-        Kind::Capsule => across(z.clamp(-lengths[2], lengths[2])) - lengths[0],
+        OutlineShape::Cylinder => (z.abs() - lengths[2]).max(across(z) - lengths[0]),
+        OutlineShape::Capsule => across(z.clamp(-lengths[2], lengths[2])) - lengths[0],
     }
 }
 
 /// The features that count, with the smallest of their gaps.
-fn nearest(pair: &Pair, [p, q]: [&[f64]; 2]) -> (Vec<(u32, f64)>, (u32, f64)) {
+fn nearest(pair: &ShapePair, [p, q]: [&[f64]; 2]) -> (Vec<(u32, f64)>, (u32, f64)) {
     let mut found = Vec::new();
     pair.active(p, q, f64::MAX, &mut found);
     let least = *found.iter().min_by(|a, b| a.1.total_cmp(&b.1)).expect("a feature");
@@ -109,8 +114,8 @@ fn nearest(pair: &Pair, [p, q]: [&[f64]; 2]) -> (Vec<(u32, f64)>, (u32, f64)) {
 }
 
 /// Of which parts a feature is.
-fn parts_of(pair: &Pair, feature: u32) -> String {
-    let [a, b] = pair.shapes().map(|own| Kind::of(own).unwrap());
+fn parts_of(pair: &ShapePair, feature: u32) -> String {
+    let [a, b] = pair.shapes().map(|own| OutlineShape::of(own).unwrap());
     let feature = outline_pairs::Feature::numbered(feature, a.min(b), a.max(b)).unwrap();
     format!("{:?}", feature.parts)
 }
@@ -118,11 +123,11 @@ fn parts_of(pair: &Pair, feature: u32) -> String {
 /// Two shapes in any attitude, with this gap.
 /// `lean`: how far axes are from parallel or perpendicular ones, or any attitude.
 fn placement(
-    kinds: [Kind; 2],
+    kinds: [OutlineShape; 2],
     sample: &mut Sample,
     (gap, lean): (f64, Option<f64>),
-) -> (Pair, [[f64; FRAME]; 2]) {
-    let pair = Pair::new(shape(kinds[0], sample), shape(kinds[1], sample)).unwrap();
+) -> (ShapePair, [[f64; FRAME]; 2]) {
+    let pair = ShapePair::new(shape(kinds[0], sample), shape(kinds[1], sample)).unwrap();
     let separate = |p: &[f64], q: &[f64]| smallest_gap((&pair.a, p), (&pair.b, q)).unwrap();
     let (mut p, mut q) = (sample.frame(), sample.frame());
     let mut direction: Vector3<f64> = sample.of_length(1.0);
@@ -173,7 +178,7 @@ fn gaps_are_distances_by_duality() {
             let sensed = smallest_gap((&pair.a, &p), (&pair.b, &q)).unwrap();
             let of_sensor = (sensed - gap).abs();
             let parts = parts_of(&pair, feature);
-            let stands = kinds[0] == Kind::Cylinder && kinds[1] != Kind::Capsule;
+            let stands = kinds[0] == OutlineShape::Cylinder && kinds[1] != OutlineShape::Capsule;
             if stands && lean(seed).is_some_and(|lean| lean < 3e-6) {
                 // the lowest point of what stands upright is moved to a fixed one, by δ
                 assert!(error < 1e-9 && of_sensor < 1e-9, "{kinds:?} {seed}: {error:e}");
@@ -222,7 +227,7 @@ fn overlaps_are_the_least_ways_apart() {
 }
 
 /// The largest `s(n)` that steps uphill on the sphere find.
-fn uphill(pair: &Pair, frames: [&[f64]; 2], sample: &mut Sample) -> f64 {
+fn uphill(pair: &ShapePair, frames: [&[f64]; 2], sample: &mut Sample) -> f64 {
     let mut best = f64::MIN;
     for _ in 0..60 {
         let mut n: Vector3<f64> = sample.of_length(1.0);
@@ -254,7 +259,7 @@ fn gaps_do_not_depend_on_the_order_of_the_shapes() {
             let mut sample = Sample::new(seed);
             let apart_by = [1e-3, 0.1, -1e-3, 1e-9][seed as usize % 4];
             let (pair, [p, q]) = placement(kinds, &mut sample, (apart_by, lean(seed)));
-            let other = Pair::new(pair.b.clone(), pair.a.clone()).unwrap();
+            let other = ShapePair::new(pair.b.clone(), pair.a.clone()).unwrap();
             let (found, least) = nearest(&pair, [&p, &q]);
             let (exchanged, least_other) = nearest(&other, [&q, &p]);
             let off = (least.1 - least_other.1).abs();
@@ -319,7 +324,7 @@ fn frame(turned: [f64; 3], at: [f64; 3]) -> [f64; FRAME] {
 
 /// The contacts within a reach of shapes that lie on one another.
 fn contacts(a: &ContactShape, b: &ContactShape, q: &[f64; FRAME]) -> Vec<(u32, ContactPoint)> {
-    let (pair, mut found) = (Pair::new(a.clone(), b.clone()).unwrap(), Vec::new());
+    let (pair, mut found) = (ShapePair::new(a.clone(), b.clone()).unwrap(), Vec::new());
     pair.active(&GROUND, q, 1e-3, &mut found);
     found.iter().map(|own| (own.0, pair.contact(own.0, &GROUND, q))).collect()
 }
@@ -391,7 +396,7 @@ fn the_end_of_a_line_that_slides_past_changes_no_gap() {
         radius: 0.2,
     };
     let block = brick([0.499, 0.3, 0.1]); // its edges are just within the ends of the log
-    let pair = Pair::new(lying, block).unwrap();
+    let pair = ShapePair::new(lying, block).unwrap();
     let mut worst = 0.0_f64;
     let mut count = 0;
     for seed in 0..40 {
@@ -402,8 +407,9 @@ fn the_end_of_a_line_that_slides_past_changes_no_gap() {
         let mut found = Vec::new();
         pair.active(&GROUND, &q, 1.0, &mut found);
         let whole = |number: &u32| {
-            let own = Feature::numbered(*number, Kind::Cylinder, Kind::Box).unwrap();
-            own.parts == Parts::LineLine && own.own == 0
+            let own =
+                Feature::numbered(*number, OutlineShape::Cylinder, OutlineShape::Box).unwrap();
+            own.parts == FeatureParts::LineLine && own.own == 0
         };
         let of_lines: Vec<u32> = found.iter().map(|own| own.0).filter(whole).collect();
         for moved in [1e-4, 0.002, 0.02, -0.002] {
@@ -442,7 +448,8 @@ fn the_smallest_gap_of_boxes_is_their_distance() {
     let (mut worst, mut near) = (0.0_f64, 0);
     for seed in 0..400 {
         let mut sample = Sample::new(seed);
-        let (pair, [p, q]) = placement([Kind::Box, Kind::Box], &mut sample, (0.05, None));
+        let (pair, [p, q]) =
+            placement([OutlineShape::Box, OutlineShape::Box], &mut sample, (0.05, None));
         let gap = smallest_gap((&pair.a, &p), (&pair.b, &q)).unwrap();
         let mut found = Vec::new();
         pair.active(&p, &q, f64::MAX, &mut found);

@@ -23,7 +23,7 @@
 //! | box – box | `box_box` | a corner and a face, or two edges |
 //! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
-//! Closed forms without iteration, but for the closest points of rims. [`Pair::active`] names the
+//! Closed forms without iteration, but for the closest points of rims. [`ShapePair::active`] names the
 //! features that may touch. The gap of a pair does not depend on which shape is named first.
 
 pub mod cylinder_plane;
@@ -44,12 +44,12 @@ mod shape;
 mod solids;
 
 pub use contact_point::{ContactPoint, GROUND, displacement, row, tangents};
-pub use pair::{NoGap, Pair};
+pub use pair::{NoGap, ShapePair};
 pub use shape::ContactShape;
 
 use contact_point::{in_space, turned};
 use nalgebra::Vector3;
-use outline::{Kind, Outline};
+use outline::{OutlineShape, ShapeOutline};
 use solids::Solid;
 use vi_core::{Embed, Number};
 
@@ -132,19 +132,24 @@ fn faces<S>(of: &ContactShape<S>) -> Option<u32> {
 
 /// The kinds of two shapes that touch with faces, rims, lines and points, cylinders before capsules
 /// before boxes, and whether that is not their order.
-fn outlined<S: Number>(a: &ContactShape<S>, b: &ContactShape<S>) -> Option<([Kind; 2], bool)> {
-    let (a, b) = (Kind::of(a)?, Kind::of(b)?);
-    let is_other = a == b && a != Kind::Cylinder; // two boxes, two capsules
+fn outlined<S: Number>(
+    a: &ContactShape<S>,
+    b: &ContactShape<S>,
+) -> Option<([OutlineShape; 2], bool)> {
+    let (a, b) = (OutlineShape::of(a)?, OutlineShape::of(b)?);
+    let is_other = a == b && a != OutlineShape::Cylinder; // two boxes, two capsules
     (!is_other).then(|| if a <= b { ([a, b], false) } else { ([b, a], true) })
 }
 
 /// Such shapes in space, in that order.
 fn outlines(
-    (a, frame_a): (&ContactShape, &[f64]),
-    (b, frame_b): (&ContactShape, &[f64]),
-) -> Option<([Outline; 2], bool)> {
+    a: &ContactShape,
+    frame_a: &[f64],
+    b: &ContactShape,
+    frame_b: &[f64],
+) -> Option<([ShapeOutline; 2], bool)> {
     let (_, is_exchanged) = outlined(a, b)?;
-    let (a, b) = (Outline::in_space(a, frame_a)?, Outline::in_space(b, frame_b)?);
+    let (a, b) = (ShapeOutline::in_space(a, frame_a)?, ShapeOutline::in_space(b, frame_b)?);
     Some(if is_exchanged { ([b, a], true) } else { ([a, b], false) })
 }
 
@@ -161,11 +166,11 @@ pub fn contact(
     if let (Some(a), Some(b)) = (a.place(frame_a), b.place(frame_b)) {
         return box_box::contact(feature, &a, &b);
     }
-    if let Some(([a, b], is_exchanged)) = outlines((a, frame_a), (b, frame_b)) {
+    if let Some(([a, b], is_exchanged)) = outlines(a, frame_a, b, frame_b) {
         let found = outline_pairs::contact(feature, &a, &b).expect("a feature of the pair");
         return if is_exchanged { found.exchanged() } else { found };
     }
-    smooth_contact(feature, (a, frame_a), (b, frame_b))
+    smooth_contact(feature, a, frame_a, b, frame_b)
 }
 
 /// How far two shapes in their frames are apart, m: of shapes that overlap the smallest gap of
@@ -187,7 +192,8 @@ pub fn smallest_gap(
         };
     match (a, b) {
         (Box { .. }, Box { .. }) => {
-            let [a, b] = [(a, frame_a), (b, frame_b)].map(|(own, at)| Outline::in_space(own, at));
+            let [a, b] =
+                [(a, frame_a), (b, frame_b)].map(|(own, at)| ShapeOutline::in_space(own, at));
             Some(outline_active::separation(&a?, &b?))
         }
         (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {
@@ -196,7 +202,7 @@ pub fn smallest_gap(
         (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
             of_points(b, frame_b, (points, frame_a))
         }
-        _ => match outlines((a, frame_a), (b, frame_b)) {
+        _ => match outlines(a, frame_a, b, frame_b) {
             Some(([a, b], _)) => Some(outline_active::separation(&a, &b)),
             None => {
                 let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
@@ -213,20 +219,24 @@ pub fn smallest_gap(
 #[must_use]
 pub fn smooth_contact<S: Embed<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape<S>, &[T]),
-    (b, frame_b): (&ContactShape<S>, &[T]),
+    a: &ContactShape<S>,
+    frame_a: &[T],
+    b: &ContactShape<S>,
+    frame_b: &[T],
 ) -> ContactPoint<T> {
     match one_way(a, b) {
-        None => between(feature, (b, frame_b), (a, frame_a)).map(ContactPoint::exchanged),
-        Some(_) => between(feature, (a, frame_a), (b, frame_b)),
+        None => between(feature, b, frame_b, a, frame_a).map(ContactPoint::exchanged),
+        Some(_) => between(feature, a, frame_a, b, frame_b),
     }
     .expect("a pair of shapes with a gap")
 }
 
 fn between<S: Embed<T>, T: Number>(
     feature: u32,
-    (a, frame_a): (&ContactShape<S>, &[T]),
-    (b, frame_b): (&ContactShape<S>, &[T]),
+    a: &ContactShape<S>,
+    frame_a: &[T],
+    b: &ContactShape<S>,
+    frame_b: &[T],
 ) -> Option<ContactPoint<T>> {
     use ContactShape::{Box, Capsule, Cylinder, Ellipsoid, Plane, Points};
     let index = feature as usize;
@@ -247,7 +257,7 @@ fn between<S: Embed<T>, T: Number>(
                     Some(plane.contact_with(&box_box::corner(&b.place(frame_b)?, feature)))
                 }
                 Cylinder { ends, radius } => {
-                    Some(cylinder_plane::contact(feature, &plane, (ends, *radius), frame_b))
+                    Some(cylinder_plane::contact(feature, &plane, ends, *radius, frame_b))
                 }
                 Plane { .. } => None,
             }
@@ -299,10 +309,10 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
     let gap = |feature| contact(feature, (a, frame_a), (b, frame_b)).gap;
     match (a, b) {
         (Plane { normal, .. }, Cylinder { ends, .. }) => {
-            points_of_rims((&turned(frame_a, normal), ends, frame_b), &gap, reach, out);
+            points_of_rims(&turned(frame_a, normal), ends, frame_b, &gap, reach, out);
         }
         (Cylinder { ends, .. }, Plane { normal, .. }) => {
-            points_of_rims((&turned(frame_b, normal), ends, frame_a), &gap, reach, out);
+            points_of_rims(&turned(frame_b, normal), ends, frame_a, &gap, reach, out);
         }
         (Capsule { .. }, Capsule { .. }) => {
             let found = segments::active((a, frame_a), (b, frame_b));
@@ -314,13 +324,13 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
             }
         }
         (Box { .. } | Cylinder { .. }, Points { points, radius }) if *radius == 0.0 => {
-            points_on_solid((a, of_a), (points, of_b), reach, out);
+            points_on_solid((a, of_a), points, of_b, reach, out);
         }
         (Points { points, radius }, Box { .. } | Cylinder { .. }) if *radius == 0.0 => {
-            points_on_solid((b, of_b), (points, of_a), reach, out);
+            points_on_solid((b, of_b), points, of_a, reach, out);
         }
         _ => {
-            if let Some(([a, b], _)) = outlines((a, frame_a), (b, frame_b)) {
+            if let Some(([a, b], _)) = outlines(a, frame_a, b, frame_b) {
                 outline_active::active(&a, &b, reach, out);
                 return;
             }
@@ -338,17 +348,20 @@ pub fn active((a, of_a): Moved<'_>, (b, of_b): Moved<'_>, reach: f64, out: &mut 
 
 fn points_on_solid(
     (of, frames): Moved<'_>,
-    (points, own): (&[Vector3<f64>], [&[f64]; 2]),
+    points: &[Vector3<f64>],
+    own: [&[f64]; 2],
     reach: f64,
     out: &mut Vec<(u32, f64)>,
 ) {
     if let [Some(before), Some(now)] = frames.map(|frame| Solid::in_space(of, frame)) {
-        points_solid::active([before, now], (points, own), reach, out);
+        points_solid::active([before, now], points, own, reach, out);
     }
 }
 
 fn points_of_rims(
-    (normal, ends, frame): (&Vector3<f64>, &[Vector3<f64>; 2], &[f64]),
+    normal: &Vector3<f64>,
+    ends: &[Vector3<f64>; 2],
+    frame: &[f64],
     gap: &impl Fn(u32) -> f64,
     reach: f64,
     out: &mut Vec<(u32, f64)>,

@@ -28,7 +28,7 @@ use vi_core::Number;
 
 /// Kinds of shapes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Kind {
+pub(super) enum OutlineShape {
     Cylinder,
     Capsule,
     Box,
@@ -36,14 +36,14 @@ pub(super) enum Kind {
 
 /// How many parts a kind of shape has.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Counts {
+pub(super) struct PartCounts {
     pub(super) faces: u32,
     pub(super) rims: u32,
     pub(super) lines: u32,
     pub(super) points: u32,
 }
 
-impl Kind {
+impl OutlineShape {
     /// Of a shape; `None` of those that have no such parts, as balls.
     pub(super) fn of<S: Number>(shape: &ContactShape<S>) -> Option<Self> {
         match shape {
@@ -58,19 +58,19 @@ impl Kind {
         }
     }
 
-    pub(super) fn counts(self) -> Counts {
+    pub(super) fn counts(self) -> PartCounts {
         match self {
-            Self::Cylinder => Counts { faces: 2, rims: 2, lines: 1, points: 0 },
-            Self::Capsule => Counts { faces: 0, rims: 0, lines: 1, points: 2 },
-            Self::Box => Counts { faces: 6, rims: 0, lines: 12, points: 8 },
+            Self::Cylinder => PartCounts { faces: 2, rims: 2, lines: 1, points: 0 },
+            Self::Capsule => PartCounts { faces: 0, rims: 0, lines: 1, points: 2 },
+            Self::Box => PartCounts { faces: 6, rims: 0, lines: 12, points: 8 },
         }
     }
 }
 
 /// A shape in space.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Outline {
-    pub(super) kind: Kind,
+pub(super) struct ShapeOutline {
+    pub(super) kind: OutlineShape,
     pub(super) center: Vector3<f64>,
     /// The axis of a cylinder or capsule is the last one.
     axes: Matrix3<f64>,
@@ -80,14 +80,14 @@ pub(super) struct Outline {
 
 /// A line of a shape.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Bar {
+pub(super) struct OutlineLine {
     pub(super) middle: Vector3<f64>,
     pub(super) along: Vector3<f64>,
     pub(super) half: f64,
     pub(super) radius: f64,
 }
 
-impl Bar {
+impl OutlineLine {
     pub(super) fn line(&self) -> Line {
         Line { point: self.middle, along: self.along }
     }
@@ -98,10 +98,10 @@ impl Bar {
     }
 }
 
-impl Outline {
+impl ShapeOutline {
     /// Of a shape on a frame; `None` of shapes without such parts.
     pub(super) fn in_space(shape: &ContactShape, frame: &[f64]) -> Option<Self> {
-        let kind = Kind::of(shape)?;
+        let kind = OutlineShape::of(shape)?;
         match shape {
             ContactShape::Box { center, axes, half_lengths } => {
                 let columns = [0, 1, 2].map(|i| turned(frame, &axes.column(i).into_owned()));
@@ -127,9 +127,9 @@ impl Outline {
     pub(super) fn reach(&self, n: &Vector3<f64>) -> f64 {
         let lengths: f64 = (0..3).map(|i| (self.axis(i).dot(n) * self.half[i]).abs()).sum();
         match self.kind {
-            Kind::Box => lengths,
-            Kind::Capsule => lengths + self.radius,
-            Kind::Cylinder => {
+            OutlineShape::Box => lengths,
+            OutlineShape::Capsule => lengths + self.radius,
+            OutlineShape::Cylinder => {
                 let a = self.axis(2);
                 lengths + self.radius * (n - a * a.dot(n)).norm()
             }
@@ -148,7 +148,7 @@ impl Outline {
 
     pub(super) fn face(&self, k: u32) -> Plane {
         match self.kind {
-            Kind::Box => face((&self.center, &self.axes, &self.half), k),
+            OutlineShape::Box => face(&self.center, &self.axes, &self.half, k),
             _ => {
                 let normal = self.axis(2) * side(k + 1);
                 Plane { point: self.center + normal * self.half.z, normal }
@@ -172,23 +172,23 @@ impl Outline {
         Rim { center, axis: self.axis(2), radius: self.radius }
     }
 
-    pub(super) fn bar(&self, k: u32) -> Bar {
+    pub(super) fn bar(&self, k: u32) -> OutlineLine {
         match self.kind {
-            Kind::Box => {
+            OutlineShape::Box => {
                 let axis = (k / 4) as usize;
                 let middle = edge(&(self.center, self.axes, self.half), k).0;
-                Bar { middle, along: self.axis(axis), half: self.half[axis], radius: 0.0 }
+                OutlineLine { middle, along: self.axis(axis), half: self.half[axis], radius: 0.0 }
             }
             _ => {
                 let (middle, along) = (self.center, self.axis(2));
-                Bar { middle, along, half: self.half.z, radius: self.radius }
+                OutlineLine { middle, along, half: self.half.z, radius: self.radius }
             }
         }
     }
 
     pub(super) fn point(&self, k: u32) -> Vector3<f64> {
         match self.kind {
-            Kind::Box => corner(&(self.center, self.axes, self.half), k),
+            OutlineShape::Box => corner(&(self.center, self.axes, self.half), k),
             _ => self.face(k).point,
         }
     }
@@ -196,7 +196,7 @@ impl Outline {
     /// A direction out of the shape at a line; zero of an axis.
     pub(super) fn out_of_line(&self, k: u32) -> Vector3<f64> {
         match self.kind {
-            Kind::Box => {
+            OutlineShape::Box => {
                 let [first, second] = self.beside_edge(k);
                 first + second
             }
@@ -206,7 +206,7 @@ impl Outline {
 
     /// The same; `None` of an axis.
     pub(super) fn beside(&self, k: u32) -> Option<[Vector3<f64>; 2]> {
-        (self.kind == Kind::Box).then(|| self.beside_edge(k))
+        (self.kind == OutlineShape::Box).then(|| self.beside_edge(k))
     }
 
     /// The outward normals of the faces beside an edge of a box.
@@ -218,7 +218,7 @@ impl Outline {
     /// How far a direction is inside the cone of a line: not negative where the line bears.
     pub(super) fn cone_of_line(&self, k: u32, n: &Vector3<f64>) -> f64 {
         match self.kind {
-            Kind::Box => {
+            OutlineShape::Box => {
                 let [first, second] = self.beside_edge(k);
                 n.dot(&first).min(n.dot(&second))
             }
@@ -229,7 +229,7 @@ impl Outline {
     /// The same of a point.
     pub(super) fn cone_of_point(&self, k: u32, n: &Vector3<f64>) -> f64 {
         match self.kind {
-            Kind::Box => {
+            OutlineShape::Box => {
                 let along = [0, 1, 2].map(|i| side(k >> i) * n.dot(&self.axis(i)));
                 along.into_iter().fold(f64::INFINITY, f64::min)
             }
@@ -242,7 +242,7 @@ impl Outline {
         let arm = x - self.center;
         let y = [0, 1, 2].map(|i| arm.dot(&self.axis(i)));
         match self.kind {
-            Kind::Box => {
+            OutlineShape::Box => {
                 let inside = |i: &usize| y[*i].abs() <= self.half[*i] * (1.0 + margin);
                 (0..3).filter(|i| *i != (face / 2) as usize).all(|i| inside(&i))
             }
@@ -252,7 +252,7 @@ impl Outline {
 }
 
 /// `s(n)`, `n` from A to B.
-pub(super) fn apart(a: &Outline, b: &Outline, n: &Vector3<f64>) -> f64 {
+pub(super) fn apart(a: &ShapeOutline, b: &ShapeOutline, n: &Vector3<f64>) -> f64 {
     (b.center - a.center).dot(n) - a.reach(n) - b.reach(n)
 }
 

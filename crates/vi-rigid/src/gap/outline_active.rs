@@ -8,9 +8,10 @@
 //! What lies nearly parallel along a line, at a sine of 0.003 or less, touches at its ends, and at
 //! a part of an axis where that is closer.
 
-use super::outline::{Kind, Outline, apart};
+use super::outline::{OutlineShape, ShapeOutline, apart};
 use super::outline_pairs::{
-    Feature, Parts, Touch, halves_of_rim, pairs_of_parts, part_of_axis, rim_with_rim, side_of_rims,
+    Feature, FeatureParts, Touch, halves_of_rim, pairs_of_parts, part_of_axis, rim_with_rim,
+    side_of_rims,
 };
 use nalgebra::Vector3;
 
@@ -45,7 +46,7 @@ enum Separator {
 
 /// The best directions.
 struct Search<'a> {
-    shapes: [&'a Outline; 2],
+    shapes: [&'a ShapeOutline; 2],
     tie: f64,
     /// The largest separation, and what has it.
     most: (f64, Option<Separator>),
@@ -59,7 +60,7 @@ struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// All directions, up to the first that separates by more than `enough`.
-    fn new(a: &'a Outline, b: &'a Outline, enough: f64) -> Self {
+    fn new(a: &'a ShapeOutline, b: &'a ShapeOutline, enough: f64) -> Self {
         let none = f64::NEG_INFINITY;
         let (tie, normal) = (TIE * (a.size() + b.size()), (none, Vector3::zeros()));
         let (shapes, off) = ([a, b], f64::INFINITY);
@@ -100,8 +101,8 @@ impl<'a> Search<'a> {
     fn look_at(&mut self, feature: Feature) {
         let [a, b] = self.shapes;
         match feature.parts {
-            Parts::FaceRim | Parts::FacePoint => {}
-            Parts::RimLine => {
+            FeatureParts::FaceRim | FeatureParts::FacePoint => {}
+            FeatureParts::RimLine => {
                 let [first, second] = if feature.exchanged { [b, a] } else { [a, b] };
                 let (rim, bar) = (first.rim(feature.i), second.bar(feature.j));
                 let is_turned_away = second.beside(feature.j).is_some_and(|beside| {
@@ -122,7 +123,7 @@ impl<'a> Search<'a> {
                     );
                 }
             }
-            Parts::RimRim => {
+            FeatureParts::RimRim => {
                 let rims = [a.rim(feature.i), b.rim(feature.j)];
                 let [one, other] = rims;
                 let apart = (other.center - one.center).norm() - one.radius - other.radius;
@@ -146,7 +147,7 @@ impl<'a> Search<'a> {
     }
 
     fn see(&mut self, touch: Touch, own: u32, feature: Feature) {
-        let of_point = matches!(feature.parts, Parts::RimPoint | Parts::PointPoint);
+        let of_point = matches!(feature.parts, FeatureParts::RimPoint | FeatureParts::PointPoint);
         if touch.is_inside || of_point {
             self.distance = self.distance.min(touch.contact.gap.abs());
         }
@@ -162,12 +163,13 @@ impl<'a> Search<'a> {
             Separator::Face(face, exchanged) => {
                 let [first, second] = if exchanged { [b, a] } else { [a, b] };
                 let all = pairs_of_parts(a.kind, b.kind).filter(|own| {
-                    let of_face = matches!(own.parts, Parts::FaceRim | Parts::FacePoint);
+                    let of_face =
+                        matches!(own.parts, FeatureParts::FaceRim | FeatureParts::FacePoint);
                     of_face && own.exchanged == exchanged && own.i == face
                 });
                 let normal = first.face(face).normal;
                 let with_gap = all.map(|own| {
-                    let of_rim = own.parts == Parts::FaceRim;
+                    let of_rim = own.parts == FeatureParts::FaceRim;
                     let point = second.rims().points_on_face(&normal).next().filter(|_| of_rim);
                     let own = Feature { own: point.unwrap_or(0), ..own };
                     (own, own.touch(a, b).contact.gap)
@@ -179,12 +181,12 @@ impl<'a> Search<'a> {
 }
 
 /// How far two shapes are apart; of shapes that overlap, the least way to part them, negative.
-pub(super) fn separation(a: &Outline, b: &Outline) -> f64 {
+pub(super) fn separation(a: &ShapeOutline, b: &ShapeOutline) -> f64 {
     Search::new(a, b, f64::INFINITY).most.0
 }
 
 /// The features that may touch, with gaps up to `reach`, in ascending order.
-pub(super) fn active(a: &Outline, b: &Outline, reach: f64, out: &mut Vec<(u32, f64)>) {
+pub(super) fn active(a: &ShapeOutline, b: &ShapeOutline, reach: f64, out: &mut Vec<(u32, f64)>) {
     let search = Search::new(a, b, reach);
     let (most, normal) = (search.most.0, search.normal.1);
     if most > reach {
@@ -206,7 +208,7 @@ pub(super) fn active(a: &Outline, b: &Outline, reach: f64, out: &mut Vec<(u32, f
     };
     for feature in pairs_of_parts(a.kind, b.kind).filter(|own| own.may_bear([a, b], &normal)) {
         let owns = match feature.parts {
-            Parts::FaceRim => {
+            FeatureParts::FaceRim => {
                 let [first, second] = if feature.exchanged { [b, a] } else { [a, b] };
                 let plane = first.face(feature.i);
                 for own in second.rims().points_on_face(&plane.normal) {
@@ -215,13 +217,13 @@ pub(super) fn active(a: &Outline, b: &Outline, reach: f64, out: &mut Vec<(u32, f
                 }
                 continue;
             }
-            Parts::RimLine => {
+            FeatureParts::RimLine => {
                 let [first, second] = if feature.exchanged { [b, a] } else { [a, b] };
                 halves_of_rim(&first.rim(feature.i), &second.bar(feature.j))
             }
-            Parts::RimRim => 0..2,
-            Parts::FacePoint | Parts::LinePoint => 0..1,
-            Parts::LineLine | Parts::RimPoint | Parts::PointPoint => continue,
+            FeatureParts::RimRim => 0..2,
+            FeatureParts::FacePoint | FeatureParts::LinePoint => 0..1,
+            FeatureParts::LineLine | FeatureParts::RimPoint | FeatureParts::PointPoint => continue,
         };
         for own in owns {
             let feature = Feature { own, ..feature };
@@ -230,13 +232,14 @@ pub(super) fn active(a: &Outline, b: &Outline, reach: f64, out: &mut Vec<(u32, f
     }
     let least = out[start..].iter().map(|(_, gap)| *gap).fold(f64::INFINITY, f64::min);
     let same = SAME * (a.size() + b.size());
-    for feature in pairs_of_parts(a.kind, b.kind).filter(|own| own.parts == Parts::LineLine) {
+    for feature in pairs_of_parts(a.kind, b.kind).filter(|own| own.parts == FeatureParts::LineLine)
+    {
         if !feature.may_bear([a, b], &normal) {
             continue;
         }
         let touch = feature.touch(a, b);
         let (p, q) = (a.bar(feature.i), b.bar(feature.j));
-        if p.along.cross(&q.along).norm() >= PARALLEL || a.kind == Kind::Box {
+        if p.along.cross(&q.along).norm() >= PARALLEL || a.kind == OutlineShape::Box {
             take(feature, &touch, out);
         } else if touch.contact.gap < least - same {
             let own = part_of_axis(p.place(&touch.contact.point));
@@ -257,21 +260,23 @@ pub(super) fn active(a: &Outline, b: &Outline, reach: f64, out: &mut Vec<(u32, f
 
 impl Feature {
     /// Whether both parts may bear along a normal from A to B.
-    fn may_bear(&self, [a, b]: [&Outline; 2], normal: &Vector3<f64>) -> bool {
+    fn may_bear(&self, [a, b]: [&ShapeOutline; 2], normal: &Vector3<f64>) -> bool {
         let ([first, second], n) =
             if self.exchanged { ([b, a], -normal) } else { ([a, b], *normal) };
-        let rim = |of: &Outline, k: u32, n: &Vector3<f64>| of.face(k).normal.dot(n);
+        let rim = |of: &ShapeOutline, k: u32, n: &Vector3<f64>| of.face(k).normal.dot(n);
         let least = match self.parts {
-            Parts::FaceRim | Parts::FacePoint => {
+            FeatureParts::FaceRim | FeatureParts::FacePoint => {
                 return first.face(self.i).normal.dot(&n) >= ALONG;
             }
-            Parts::LineLine => first.cone_of_line(self.i, &n).min(second.cone_of_line(self.j, &-n)),
-            Parts::LinePoint => {
+            FeatureParts::LineLine => {
+                first.cone_of_line(self.i, &n).min(second.cone_of_line(self.j, &-n))
+            }
+            FeatureParts::LinePoint => {
                 first.cone_of_line(self.i, &n).min(second.cone_of_point(self.j, &-n))
             }
-            Parts::RimLine => rim(first, self.i, &n).min(second.cone_of_line(self.j, &-n)),
-            Parts::RimRim => rim(first, self.i, &n).min(rim(second, self.j, &-n)),
-            Parts::RimPoint | Parts::PointPoint => return false,
+            FeatureParts::RimLine => rim(first, self.i, &n).min(second.cone_of_line(self.j, &-n)),
+            FeatureParts::RimRim => rim(first, self.i, &n).min(rim(second, self.j, &-n)),
+            FeatureParts::RimPoint | FeatureParts::PointPoint => return false,
         };
         least >= -MAY_LEAN
     }

@@ -20,7 +20,7 @@
 
 use super::contact_point::ContactPoint;
 use super::cylinder_plane::ON_FACE;
-use super::outline::{Bar, Kind, Outline, cone_of_rim};
+use super::outline::{OutlineLine, OutlineShape, ShapeOutline, cone_of_rim};
 use super::rim::{Closest, Rim};
 use nalgebra::Vector3;
 
@@ -43,7 +43,7 @@ const STEEP: f64 = 0.5;
 
 /// Which parts of two shapes a feature is of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Parts {
+pub(super) enum FeatureParts {
     FaceRim,
     FacePoint,
     LineLine,
@@ -54,21 +54,21 @@ pub(super) enum Parts {
     RimRim,
 }
 
-const KINDS: [Parts; 8] = [
-    Parts::FaceRim,
-    Parts::FacePoint,
-    Parts::LineLine,
-    Parts::LinePoint,
-    Parts::RimPoint,
-    Parts::PointPoint,
-    Parts::RimLine,
-    Parts::RimRim,
+const KINDS: [FeatureParts; 8] = [
+    FeatureParts::FaceRim,
+    FeatureParts::FacePoint,
+    FeatureParts::LineLine,
+    FeatureParts::LinePoint,
+    FeatureParts::RimPoint,
+    FeatureParts::PointPoint,
+    FeatureParts::RimLine,
+    FeatureParts::RimRim,
 ];
 
 /// A feature: part `i` of the first shape with part `j` of the other one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Feature {
-    pub(super) parts: Parts,
+    pub(super) parts: FeatureParts,
     /// The first part is of B.
     pub(super) exchanged: bool,
     pub(super) i: u32,
@@ -77,13 +77,13 @@ pub(super) struct Feature {
     pub(super) own: u32,
 }
 
-impl Parts {
+impl FeatureParts {
     fn is_symmetric(self) -> bool {
         matches!(self, Self::LineLine | Self::RimRim | Self::PointPoint)
     }
 
     /// How many first parts, second parts, and features of each two there are.
-    fn counts(self, first: Kind, second: Kind) -> [u32; 3] {
+    fn counts(self, first: OutlineShape, second: OutlineShape) -> [u32; 3] {
         let (a, b) = (first.counts(), second.counts());
         match self {
             Self::FaceRim => [a.faces, b.rims, ON_FACE],
@@ -99,7 +99,10 @@ impl Parts {
 }
 
 /// The blocks in which features are numbered, each with its counts.
-fn blocks(a: Kind, b: Kind) -> impl Iterator<Item = (Parts, bool, [u32; 3])> {
+fn blocks(
+    a: OutlineShape,
+    b: OutlineShape,
+) -> impl Iterator<Item = (FeatureParts, bool, [u32; 3])> {
     let both = KINDS.into_iter().flat_map(|parts| [(parts, false), (parts, true)]);
     both.filter(|(parts, exchanged)| !(*exchanged && parts.is_symmetric())).map(
         move |(parts, exchanged)| {
@@ -110,13 +113,13 @@ fn blocks(a: Kind, b: Kind) -> impl Iterator<Item = (Parts, bool, [u32; 3])> {
 }
 
 /// How many features two shapes have.
-pub(super) fn count(a: Kind, b: Kind) -> u32 {
+pub(super) fn count(a: OutlineShape, b: OutlineShape) -> u32 {
     blocks(a, b).map(|(.., [first, second, each])| first * second * each).sum()
 }
 
 impl Feature {
     /// Of a number.
-    pub(super) fn numbered(mut number: u32, a: Kind, b: Kind) -> Option<Self> {
+    pub(super) fn numbered(mut number: u32, a: OutlineShape, b: OutlineShape) -> Option<Self> {
         for (parts, exchanged, [first, second, each]) in blocks(a, b) {
             let count = first * second * each;
             if number < count {
@@ -129,7 +132,7 @@ impl Feature {
     }
 
     /// Its number.
-    pub(super) fn number(&self, a: Kind, b: Kind) -> u32 {
+    pub(super) fn number(&self, a: OutlineShape, b: OutlineShape) -> u32 {
         let mut start = 0;
         for (parts, exchanged, [first, second, each]) in blocks(a, b) {
             if (parts, exchanged) == (self.parts, self.exchanged) {
@@ -142,7 +145,7 @@ impl Feature {
 }
 
 /// All pairs of parts of two shapes, with the first of the features of each.
-pub(super) fn pairs_of_parts(a: Kind, b: Kind) -> impl Iterator<Item = Feature> {
+pub(super) fn pairs_of_parts(a: OutlineShape, b: OutlineShape) -> impl Iterator<Item = Feature> {
     blocks(a, b).flat_map(|(parts, exchanged, [first, second, _])| {
         let places = (0..first).flat_map(move |i| (0..second).map(move |j| (i, j)));
         places.map(move |(i, j)| Feature { parts, exchanged, i, j, own: 0 })
@@ -150,7 +153,7 @@ pub(super) fn pairs_of_parts(a: Kind, b: Kind) -> impl Iterator<Item = Feature> 
 }
 
 /// The contact of a feature, by its number.
-pub(super) fn contact(number: u32, a: &Outline, b: &Outline) -> Option<ContactPoint> {
+pub(super) fn contact(number: u32, a: &ShapeOutline, b: &ShapeOutline) -> Option<ContactPoint> {
     let feature = Feature::numbered(number, a.kind, b.kind)?;
     Some(feature.touch(a, b).contact)
 }
@@ -212,43 +215,44 @@ impl Ends {
 
 impl Feature {
     /// Its contact in a configuration.
-    pub(super) fn touch(&self, a: &Outline, b: &Outline) -> Touch {
+    pub(super) fn touch(&self, a: &ShapeOutline, b: &ShapeOutline) -> Touch {
         if self.exchanged { self.of([b, a]).exchanged() } else { self.of([a, b]) }
     }
 
     /// The same, from the shape of the first part to the other one.
-    fn of(&self, shapes: [&Outline; 2]) -> Touch {
+    fn of(&self, shapes: [&ShapeOutline; 2]) -> Touch {
         match self.parts {
-            Parts::FaceRim => self.face_rim(shapes),
-            Parts::FacePoint => self.face_point(shapes),
-            Parts::LineLine => self.line_line(shapes),
-            Parts::LinePoint => self.line_point(shapes),
-            Parts::RimLine => self.rim_line(shapes),
-            Parts::RimPoint => self.rim_point(shapes),
-            Parts::RimRim => self.rim_rim(shapes),
-            Parts::PointPoint => self.point_point(shapes),
+            FeatureParts::FaceRim => self.face_rim(shapes),
+            FeatureParts::FacePoint => self.face_point(shapes),
+            FeatureParts::LineLine => self.line_line(shapes),
+            FeatureParts::LinePoint => self.line_point(shapes),
+            FeatureParts::RimLine => self.rim_line(shapes),
+            FeatureParts::RimPoint => self.rim_point(shapes),
+            FeatureParts::RimRim => self.rim_rim(shapes),
+            FeatureParts::PointPoint => self.point_point(shapes),
         }
     }
 
-    fn face_rim(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn face_rim(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (plane, rim) = (first.face(self.i), second.rim(self.j));
         let e = second.rims().on_face(self.own, &plane.normal);
         let contact = plane.contact_with(&(rim.center + e * rim.radius));
         // where points of both rims meet, that of B counts
-        let margin = if self.exchanged && first.kind == Kind::Cylinder { -TIE } else { TIE };
+        let margin =
+            if self.exchanged && first.kind == OutlineShape::Cylinder { -TIE } else { TIE };
         let is_inside = first.is_above(self.i, &contact.point, margin);
         let cone = (-plane.normal.dot(&rim.axis)).min(-plane.normal.dot(&e));
         Touch { contact, is_inside, cone }
     }
 
-    fn face_point(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn face_point(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (plane, point) = (first.face(self.i), second.point(self.j));
         let contact = plane.contact_with(&(point - plane.normal * second.radius_of_points()));
         let is_inside = first.is_above(self.i, &contact.point, TIE);
         Touch { contact, is_inside, cone: second.cone_of_point(self.j, &-plane.normal) }
     }
 
-    fn line_line(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn line_line(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (p, q) = (first.bar(self.i), second.bar(self.j));
         let (product, cosine) = (p.along.cross(&q.along), p.along.dot(&q.along));
         let square = product.norm_squared();
@@ -265,7 +269,7 @@ impl Feature {
         let off = (place - middle) / reach;
         // the gap of an edge with the circle at an end is another one
         let goes_on = self.own == 0 && q.radius == 0.0 && off.abs() <= BEYOND;
-        if first.kind != Kind::Box && (!is_crossing || off.abs() > 1.0 && !goes_on) {
+        if first.kind != OutlineShape::Box && (!is_crossing || off.abs() > 1.0 && !goes_on) {
             let end = if is_crossing { reach.copysign(off) } else { 0.0 };
             let touch = self.section(middle + end, [first, second]);
             return Touch { is_inside: false, ..touch };
@@ -287,9 +291,9 @@ impl Feature {
 
     /// The circle across the axis of the first shape at a place, or the ball of a capsule there,
     /// with the line of the other one.
-    fn section(&self, place: f64, [first, second]: [&Outline; 2]) -> Touch {
+    fn section(&self, place: f64, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (p, q) = (first.bar(self.i), second.bar(self.j));
-        if first.kind == Kind::Cylinder {
+        if first.kind == OutlineShape::Cylinder {
             let rim = first.section(place);
             return self.closest_of_rim(&rim, &q, second);
         }
@@ -301,7 +305,7 @@ impl Feature {
         Touch { contact, is_inside: false, cone: 0.0 }
     }
 
-    fn line_point(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn line_point(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (bar, point) = (first.bar(self.i), second.point(self.j));
         let foot = bar.line().nearest(&point);
         let radii = [bar.radius, second.radius_of_points()];
@@ -313,7 +317,7 @@ impl Feature {
         Touch { contact, is_inside: bar.place(&point).abs() < 1.0 - TIE, cone }
     }
 
-    fn rim_line(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn rim_line(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         match self.own {
             0 => self.closest_of_rim(&first.rim(self.i), &second.bar(self.j), second),
             half => self.halves([first, second])[half as usize - 1],
@@ -322,25 +326,26 @@ impl Feature {
 
     /// The contacts of both halves of a rim with a line, from the shape of the rim to the other
     /// one.
-    pub(super) fn halves(&self, [first, second]: [&Outline; 2]) -> [Touch; 2] {
+    pub(super) fn halves(&self, [first, second]: [&ShapeOutline; 2]) -> [Touch; 2] {
         let (rim, bar) = (first.rim(self.i), second.bar(self.j));
         rim.on_line(&bar.line())
-            .map(|closest| self.rim_with_line(&rim, (&bar, second), &closest, &rim.axis))
+            .map(|closest| self.rim_with_line(&rim, &bar, second, &closest, &rim.axis))
     }
 
     /// The closest point of a whole rim with a line.
-    fn closest_of_rim(&self, rim: &Rim, bar: &Bar, second: &Outline) -> Touch {
+    fn closest_of_rim(&self, rim: &Rim, bar: &OutlineLine, second: &ShapeOutline) -> Touch {
         let [one, other] = rim.on_line(&bar.line());
         let is_other = (!one.is_least && other.is_least)
             || (one.is_least == other.is_least && other.distance() < one.distance());
         let closest = Closest { is_least: true, ..if is_other { other } else { one } };
-        self.rim_with_line(rim, (bar, second), &closest, &Vector3::zeros())
+        self.rim_with_line(rim, bar, second, &closest, &Vector3::zeros())
     }
 
     fn rim_with_line(
         &self,
         rim: &Rim,
-        (bar, second): (&Bar, &Outline),
+        bar: &OutlineLine,
+        second: &ShapeOutline,
         closest: &Closest,
         end: &Vector3<f64>,
     ) -> Touch {
@@ -361,7 +366,7 @@ impl Feature {
         Touch { contact: ends.along(normal), is_inside, cone }
     }
 
-    fn rim_point(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn rim_point(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let (rim, point) = (first.rim(self.i), second.point(self.j));
         let x = rim.nearest(&point);
         let radii = [0.0, second.radius_of_points()];
@@ -369,7 +374,7 @@ impl Feature {
         Touch { contact: ends.along(ends.between()), is_inside: false, cone: 0.0 }
     }
 
-    fn rim_rim(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn rim_rim(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let rims = [first.rim(self.i), second.rim(self.j)];
         let (minima, count) = rims[0].on_rim(&rims[1]);
         let of = |closest: &Closest| rim_with_rim(&rims, closest);
@@ -387,7 +392,7 @@ impl Feature {
         nearest.unwrap_or_else(elsewhere)
     }
 
-    fn point_point(&self, [first, second]: [&Outline; 2]) -> Touch {
+    fn point_point(&self, [first, second]: [&ShapeOutline; 2]) -> Touch {
         let x = [first.point(self.i), second.point(self.j)];
         let radii = [first.radius_of_points(), second.radius_of_points()];
         let ends = Ends { x, radii, out: second.center - first.center };
@@ -415,7 +420,7 @@ pub(super) fn side_of_rims([first, second]: &[Rim; 2], closest: &Closest) -> u32
 }
 
 /// Which of the features of a rim and a line count.
-pub(super) fn halves_of_rim(rim: &Rim, bar: &Bar) -> std::ops::Range<u32> {
+pub(super) fn halves_of_rim(rim: &Rim, bar: &OutlineLine) -> std::ops::Range<u32> {
     if rim.steepness(&bar.line()) > STEEP { 0..1 } else { 1..3 }
 }
 

@@ -17,12 +17,12 @@ pub struct NoGap {
 
 /// Two shapes with the gaps between them.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pair<S = f64> {
+pub struct ShapePair<S = f64> {
     pub(super) a: ContactShape<S>,
     pub(super) b: ContactShape<S>,
 }
 
-impl<S> Pair<S> {
+impl<S> ShapePair<S> {
     /// The shape on frame A, and the one on frame B.
     #[must_use]
     pub fn shapes(&self) -> [&ContactShape<S>; 2] {
@@ -30,16 +30,16 @@ impl<S> Pair<S> {
     }
 }
 
-impl<S: Number> Pair<S> {
+impl<S: Number> ShapePair<S> {
     /// The same shapes with other numbers; `None` of shapes of another kind.
     #[must_use]
-    pub fn alike(of: &Pair, [a, b]: [ContactShape<S>; 2]) -> Option<Self> {
+    pub fn alike(of: &ShapePair, [a, b]: [ContactShape<S>; 2]) -> Option<Self> {
         let is_alike = one_way(&a, &b) == one_way(&of.a, &of.b);
         is_alike.then_some(Self { a, b })
     }
 }
 
-impl Pair {
+impl ShapePair {
     /// Of a shape on frame A and one on frame B.
     ///
     /// # Errors

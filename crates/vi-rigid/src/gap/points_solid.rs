@@ -30,7 +30,7 @@ const TIE: f64 = 1e-9;
 type Faces = [f64; 6];
 
 /// A solid at the start of a step and now, and points on another frame.
-struct Search<'a> {
+struct SolidSearch<'a> {
     solid: [Solid; 2],
     points: &'a [Vector3<f64>],
     frames: [&'a [f64]; 2],
@@ -41,12 +41,13 @@ struct Search<'a> {
 /// Appends the points that may touch, each with its face, in ascending order of their numbers.
 pub(super) fn active(
     solid: [Solid; 2],
-    (points, frames): (&[Vector3<f64>], [&[f64]; 2]),
+    points: &[Vector3<f64>],
+    frames: [&[f64]; 2],
     reach: f64,
     out: &mut Vec<(u32, f64)>,
 ) {
     let (tie, faces) = (TIE * solid[1].size(), solid[1].faces());
-    let mut search = Search { solid, points, frames, tie, parts: None };
+    let mut search = SolidSearch { solid, points, frames, tie, parts: None };
     for (k, point) in (0..).zip(points) {
         let now = search.beyond(1, point);
         if largest(&now) <= reach {
@@ -60,7 +61,7 @@ fn largest(of: &Faces) -> f64 {
     of.iter().copied().fold(f64::NEG_INFINITY, f64::max)
 }
 
-impl Search<'_> {
+impl SolidSearch<'_> {
     fn beyond(&self, when: usize, point: &Vector3<f64>) -> Faces {
         self.solid[when].beyond(&in_space(self.frames[when], point))
     }

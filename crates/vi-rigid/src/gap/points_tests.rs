@@ -87,7 +87,7 @@ fn a_point_counts_with_the_face_that_it_has_passed() {
         let base = moved(&mut sample);
         let solid = if seed % 2 == 0 { brick([0.5, 0.3, 0.04]) } else { can(0.3, 0.4) };
         let [from, to]: [Vector3<f64>; 2] = [sample.vector(), 0.5 * sample.vector()];
-        let pair = Pair::new(solid.clone(), points(vec![Vector3::zeros()])).unwrap();
+        let pair = ShapePair::new(solid.clone(), points(vec![Vector3::zeros()])).unwrap();
         let frames = [from, to].map(|x| on(&base, &at(x.into())));
         let mut found = Vec::new();
         let [p, q] = [&frames[0], &frames[1]].map(|frame| &frame[..]);
@@ -128,7 +128,7 @@ fn a_point_is_a_ball_without_a_radius() {
         let shape = if seed % 2 == 0 { brick([0.5, 0.3, 0.2]) } else { can(0.3, 0.4) };
         let x = 0.6 * sample.vector();
         let frame = on(&base, &at(x.into()));
-        let pair = Pair::new(shape.clone(), points(vec![Vector3::zeros()])).unwrap();
+        let pair = ShapePair::new(shape.clone(), points(vec![Vector3::zeros()])).unwrap();
         let ball = Solid::in_space(&shape, &base[..])
             .unwrap()
             .contact(&in_space(&frame, &Vector3::<f64>::zeros()), 0.0);
@@ -142,7 +142,7 @@ fn a_point_is_a_ball_without_a_radius() {
         assert!((contact.gap - ball.gap).abs() < 1e-14, "seed {seed}");
         assert!((contact.normal - ball.normal).norm() < 1e-14, "seed {seed}");
         assert!((contact.point - ball.point).norm() < 1e-14, "seed {seed}");
-        let exchanged = Pair::new(pair.shapes()[1].clone(), shape).unwrap();
+        let exchanged = ShapePair::new(pair.shapes()[1].clone(), shape).unwrap();
         let other = exchanged.contact(found[0].0, &frame, &base).exchanged();
         assert_eq!(
             (other.gap, other.normal, other.point),
@@ -167,7 +167,7 @@ fn corners_on_edges_stand_on_a_face() {
         let base = moved(&mut sample);
         let features_of =
             |shape: &ContactShape, of: Vec<Vector3<f64>>, from: [f64; 3], to: [f64; 3]| {
-                let pair = Pair::new(shape.clone(), points(of)).unwrap();
+                let pair = ShapePair::new(shape.clone(), points(of)).unwrap();
                 let frames = [from, to].map(|x| on(&base, &at(x)));
                 let mut found = Vec::new();
                 pair.active_in_step([&base; 2], [&frames[0][..], &frames[1]], 1e-3, &mut found);
@@ -201,7 +201,7 @@ fn of_many_points_at_most_32_count() {
     let ball = ContactShape::sphere(Vector3::zeros(), 0.2);
     for other in [plane, ball, brick([1.0, 1.0, 0.2]), can(0.2, 1.0)] {
         let height = if matches!(other, ContactShape::Plane { .. }) { 0.1 } else { 0.3 };
-        let pair = Pair::new(other.clone(), cube.clone()).unwrap();
+        let pair = ShapePair::new(other.clone(), cube.clone()).unwrap();
         let ContactShape::Points { points: corners, .. } = &cube else { unreachable!() };
         let each = pair.features() / corners.len() as u32;
         for seed in 0..40 {
@@ -217,7 +217,7 @@ fn of_many_points_at_most_32_count() {
             let least = found.iter().map(|own| own.1).fold(f64::INFINITY, f64::min);
             let single = |x: &Vector3<f64>| {
                 let (pair, mut own) =
-                    (Pair::new(other.clone(), points(vec![*x])).unwrap(), Vec::new());
+                    (ShapePair::new(other.clone(), points(vec![*x])).unwrap(), Vec::new());
                 pair.active(&base, &frame, f64::MAX, &mut own);
                 own[0].1
             };
@@ -240,7 +240,7 @@ fn of_many_points_at_most_32_count() {
 fn places_that_overflow_have_a_face() {
     for solid in [can(0.2, 0.3), brick([0.1, 0.2, 0.3])] {
         for far in [1e41, 1e160, 1e308, f64::NAN] {
-            let pair = Pair::new(solid.clone(), points(grid([0.1; 3], 6))).unwrap();
+            let pair = ShapePair::new(solid.clone(), points(grid([0.1; 3], 6))).unwrap();
             let mut found = Vec::new();
             pair.active(&GROUND, &at([far, -far, far]), f64::MAX, &mut found);
             assert!(found.iter().all(|own| own.0 < pair.features()), "{far}: {found:?}");

@@ -114,7 +114,7 @@ impl Rim {
         let (k, z) = (v.dot(&w), line.point - self.center);
         let (z_u, z_w) = (z.dot(&u), z.dot(&w));
         [1.0, -1.0].map(|side| {
-            let found = in_quadrant(*radius, sine * sine, (z_u.abs(), side * k * z_w));
+            let found = in_quadrant(*radius, sine * sine, z_u.abs(), side * k * z_w);
             let (sin, cos) = found.map_or((0.0, 1.0), libm::sincos);
             let on_rim = self.center + (u * cos.copysign(z_u) + v * (side * sin)) * *radius;
             Closest { on_rim, on_other: line.nearest(&on_rim), is_least: found.is_some() }
@@ -186,7 +186,7 @@ fn extremes([a, b]: [f64; 2], [da, db]: [f64; 2]) -> impl Iterator<Item = f64> {
 
 /// The angle in `[0, π/2]` at which the distance is least within a half of the rim; `None` where
 /// that is at an end of the half. `z_u ≥ 0`; `square`: `1 − k²`; `turned`: `k z_w`, of the half.
-fn in_quadrant(radius: f64, square: f64, (z_u, turned): (f64, f64)) -> Option<f64> {
+fn in_quadrant(radius: f64, square: f64, z_u: f64, turned: f64) -> Option<f64> {
     let size = radius * square;
     if turned > 0.0 {
         let f = |angle: f64| {

@@ -72,7 +72,7 @@ impl<T: Number> Solid<T> {
     /// The contact of a point with the plane of a face or the side of a cylinder, as B.
     pub(super) fn at_face(&self, face: u32, x: &Vector3<T>) -> ContactPoint<T> {
         match self {
-            Self::Box(center, axes, half) => self::face((center, axes, half), face).contact_with(x),
+            Self::Box(center, axes, half) => self::face(center, axes, half, face).contact_with(x),
             Self::Cylinder(center, axis, _, radius) if face as usize == SIDE => {
                 let (_, r, normal) = from_axis(&(x - center), axis);
                 let gap = r - *radius;
@@ -185,7 +185,9 @@ pub(super) fn perpendicular<T: Number>(axis: &Vector3<T>) -> Vector3<T> {
 
 /// The plane of a face of a box.
 pub(super) fn face<T: Number>(
-    (center, axes, half): (&Vector3<T>, &Matrix3<T>, &Vector3<T>),
+    center: &Vector3<T>,
+    axes: &Matrix3<T>,
+    half: &Vector3<T>,
     face: u32,
 ) -> Plane<T> {
     let (axis, sign) = ((face / 2) as usize, side_of(face));

@@ -1,7 +1,7 @@
 use super::*;
 use crate::directors::FRAME;
 use crate::reparametrization::reparametrize;
-use box_box::Place;
+use box_box::PlacedBox;
 use nalgebra::Matrix3;
 use vi_testkit::Sample;
 
@@ -23,7 +23,7 @@ fn corners(center: Vector3<f64>, axes: &Matrix3<f64>, lengths: [f64; 3]) -> Cont
 }
 
 /// Pairs of every kind, with a shift of B that keeps them apart.
-fn pairs(sample: &mut Sample) -> Vec<Pair> {
+fn pairs(sample: &mut Sample) -> Vec<ShapePair> {
     let plane = ContactShape::Plane { point: sample.vector(), normal: unit(sample) };
     let box_axes = axes(sample);
     let corners = corners(sample.vector(), &box_axes, [0.4, 0.6, 0.8]);
@@ -68,12 +68,12 @@ fn pairs(sample: &mut Sample) -> Vec<Pair> {
         (brick, slab),
         (balls, roller),
     ]
-    .map(|(a, b)| Pair::new(a, b).unwrap())
+    .map(|(a, b)| ShapePair::new(a, b).unwrap())
     .into()
 }
 
 /// Those that count in a configuration.
-fn active_features(pair: &Pair, [p, q]: &[[f64; FRAME]; 2]) -> Vec<u32> {
+fn active_features(pair: &ShapePair, [p, q]: &[[f64; FRAME]; 2]) -> Vec<u32> {
     let mut active = Vec::new();
     pair.active(p, q, f64::MAX, &mut active);
     active.iter().map(|(feature, _)| *feature).collect()
@@ -88,7 +88,7 @@ fn frames(sample: &mut Sample) -> [[f64; FRAME]; 2] {
 /// By how much the change of a gap along an increment of both frames, by central differences of
 /// this step, is off `B_n`.
 pub(super) fn off_the_gradient(
-    pair: &Pair,
+    pair: &ShapePair,
     feature: u32,
     at: &[[f64; FRAME]; 2],
     sample: &mut Sample,
@@ -141,7 +141,7 @@ fn a_gap_does_not_depend_on_the_order_of_the_shapes() {
         let mut sample = Sample::new(seed);
         for pair in pairs(&mut sample) {
             let [p, q] = frames(&mut sample);
-            let exchanged = Pair::new(pair.b.clone(), pair.a.clone()).unwrap();
+            let exchanged = ShapePair::new(pair.b.clone(), pair.a.clone()).unwrap();
             for feature in active_features(&pair, &[p, q]) {
                 let boxes = pair.shapes().iter().all(|shape| shape.name() == "box");
                 let capsules = pair.shapes().iter().all(|shape| shape.name() == "capsule");
@@ -239,7 +239,7 @@ fn cloud(shape: &ContactShape, frame: &[f64]) -> (Vec<Vector3<f64>>, f64) {
     (points.iter().map(|point| contact_point::in_space(frame, point)).collect(), radius)
 }
 
-fn sampled(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
+fn sampled(pair: &ShapePair, p: &[f64], q: &[f64]) -> f64 {
     let (plane, other) = match (&pair.a, &pair.b) {
         (ContactShape::Plane { point, normal }, other) => (Some((point, normal, p)), (other, q)),
         (other, ContactShape::Plane { point, normal }) => (Some((point, normal, q)), (other, p)),
@@ -263,7 +263,7 @@ fn parallel_capsules_touch_at_the_ends_of_their_overlap() {
         ends: [Vector3::new(from, 0.0, 0.0), Vector3::new(to, 0.0, 0.0)],
         radius: 0.1,
     };
-    let pair = Pair::new(capsule(0.0, 1.0), capsule(0.4, 2.0)).unwrap();
+    let pair = ShapePair::new(capsule(0.0, 1.0), capsule(0.4, 2.0)).unwrap();
     let (mut above, mut found) = (GROUND, Vec::new());
     above[2] = 0.5;
     pair.active(&GROUND, &above, f64::MAX, &mut found);
@@ -285,10 +285,10 @@ fn a_gap_is_smooth_beyond_where_its_feature_counts() {
     let drum = ContactShape::Cylinder { ends: upright, radius: 0.3 };
     let floor = ContactShape::Plane { point: Vector3::zeros(), normal: Vector3::z() };
     for (pair, height, axis) in [
-        (Pair::new(capsule(0.5), capsule(0.5)).unwrap(), 0.2, 2),
-        (Pair::new(capsule(0.5), capsule(0.3)).unwrap(), 0.2, 1),
-        (Pair::new(floor.clone(), drum.clone()).unwrap(), 0.2, 0),
-        (Pair::new(drum, floor).unwrap(), -0.2, 1),
+        (ShapePair::new(capsule(0.5), capsule(0.5)).unwrap(), 0.2, 2),
+        (ShapePair::new(capsule(0.5), capsule(0.3)).unwrap(), 0.2, 1),
+        (ShapePair::new(floor.clone(), drum.clone()).unwrap(), 0.2, 0),
+        (ShapePair::new(drum, floor).unwrap(), -0.2, 1),
     ] {
         let (mut q, mut dq, mut found, mut last) = (GROUND, GROUND, Vec::new(), Vec::new());
         q[2] = height;
@@ -374,7 +374,7 @@ fn shapes_without_a_formula_are_refused() {
     let none = ContactShape::Points { points: Vec::new(), radius: 0.0 };
     assert!(has_gap(&plane, &none) && has_gap(&none, &ball) && !has_gap(&none, &ellipsoid));
     for (a, b) in [(&plane, &plane), (&ellipsoid, &ball), (&ball, &ellipsoid)] {
-        let refused = Pair::new(a.clone(), b.clone()).unwrap_err();
+        let refused = ShapePair::new(a.clone(), b.clone()).unwrap_err();
         assert_eq!((refused.a, refused.b), (a.name(), b.name()));
     }
 }
@@ -391,7 +391,7 @@ fn gaps_of_boxes_are_distances() {
             let half_lengths = half(&mut sample);
             ContactShape::Box { center: Vector3::zeros(), axes: axes(&mut sample), half_lengths }
         });
-        let pair = Pair::new(a, b).unwrap();
+        let pair = ShapePair::new(a, b).unwrap();
         let [p, mut q] = [GROUND, GROUND];
         let direction = unit(&mut sample);
         // moved off until they are 0.01 apart along the direction that separates them best
@@ -429,9 +429,9 @@ fn gaps_of_boxes_are_distances() {
 }
 
 /// The distance of two boxes, by projected steps.
-pub(super) fn nearest_of_boxes(pair: &Pair, p: &[f64], q: &[f64]) -> f64 {
+pub(super) fn nearest_of_boxes(pair: &ShapePair, p: &[f64], q: &[f64]) -> f64 {
     let [a, b] = [(0, p), (1, q)].map(|(k, frame)| pair.shapes()[k].place(frame).unwrap());
-    let clamp = |(center, axes, half): &Place, x: &Vector3<f64>| {
+    let clamp = |(center, axes, half): &PlacedBox, x: &Vector3<f64>| {
         let y = axes.tr_mul(&(x - center));
         center + axes * Vector3::from_fn(|i, _| y[i].clamp(-half[i], half[i]))
     };
@@ -452,7 +452,8 @@ fn boxes_on_boxes_stand_on_four_points() {
         half_lengths: half.into(),
     };
     let active = |a: [f64; 3], b: [f64; 3], at: [f64; 3]| {
-        let (pair, mut q, mut found) = (Pair::new(brick(a), brick(b)).unwrap(), GROUND, Vec::new());
+        let (pair, mut q, mut found) =
+            (ShapePair::new(brick(a), brick(b)).unwrap(), GROUND, Vec::new());
         q[..3].copy_from_slice(&at);
         pair.active(&GROUND, &q, 1e-3, &mut found);
         let place = |feature: u32| pair.contact(feature, &GROUND, &q);
@@ -480,7 +481,7 @@ fn a_cylinder_lies_or_stands() {
     let plane = ContactShape::Plane { point: Vector3::zeros(), normal: Vector3::z() };
     let roller = |along: Vector3<f64>| {
         let ends = [-0.5 * along, 0.5 * along];
-        Pair::new(plane.clone(), ContactShape::Cylinder { ends, radius: 0.3 }).unwrap()
+        ShapePair::new(plane.clone(), ContactShape::Cylinder { ends, radius: 0.3 }).unwrap()
     };
     for (along, height, count) in [(Vector3::x(), 0.3, 2), (Vector3::z(), 0.5, 4)] {
         let (mut q, mut found) = (GROUND, Vec::new());

@@ -4,7 +4,7 @@
 
 use vi_constraints::{Constraints, DenseNodal, NodalOperators};
 use vi_core::legendre::discrete_energy;
-use vi_core::newton::{Block, Fault, Newton, NewtonProblem, NewtonSettings};
+use vi_core::newton::{Fault, Newton, NewtonProblem, NewtonSettings, UnknownBlock};
 use vi_core::state::Memory;
 use vi_core::{DiscreteLagrangian, Entries, Interval, SeparableSystem, State};
 use vi_rigid::SingleBody;
@@ -18,7 +18,7 @@ struct Problem {
 }
 
 impl NewtonProblem for Problem {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.operators.blocks()
     }
     fn residual(&mut self, u: &[f64], r: &mut [f64]) -> Result<(), Fault> {

@@ -27,7 +27,7 @@ use vi_constraints::saddle_point::{IndependentRows, JacobianPlace};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::{SparseLu, norm_inf};
-use vi_core::newton::{Block, BlockKind, Fault, NewtonProblem, Precision};
+use vi_core::newton::{BlockKind, Fault, NewtonProblem, Precision, UnknownBlock};
 use vi_core::sparse::{Entries, SparseMatrix};
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_multibody::mechanism::{Description, Mechanism};
@@ -155,7 +155,7 @@ impl EquilibriumEquations {
     }
 
     /// Units and scales of the unknowns `(u, μ)`.
-    pub(crate) fn blocks(&self) -> Vec<Block> {
+    pub(crate) fn blocks(&self) -> Vec<UnknownBlock> {
         let mut blocks = self.layout.blocks();
         let length = 1e-5 * self.reach().max(1e-5);
         for block in &mut blocks {
@@ -164,7 +164,7 @@ impl EquilibriumEquations {
         let d = self.unknowns();
         // multipliers follow from the rest: they converge with the configuration
         let multipliers = d..d + self.rows.len();
-        blocks.push(Block {
+        blocks.push(UnknownBlock {
             kind: BlockKind::Multiplier,
             range: multipliers,
             floor: f64::INFINITY,
@@ -529,13 +529,13 @@ pub(crate) struct TreeMatrices {
 
 /// The equations with the blocks of their unknowns, for Newton's method.
 pub(crate) struct EquilibriumProblem<'a> {
-    blocks: &'a [Block],
+    blocks: &'a [UnknownBlock],
     work: &'a mut EquilibriumEquations,
     first: Vec<f64>,
 }
 
 impl<'a> EquilibriumProblem<'a> {
-    pub(crate) fn of(blocks: &'a [Block], work: &'a mut EquilibriumEquations) -> Self {
+    pub(crate) fn of(blocks: &'a [UnknownBlock], work: &'a mut EquilibriumEquations) -> Self {
         work.tangent_stresses = None;
         Self { blocks, work, first: Vec::new() }
     }
@@ -548,7 +548,7 @@ impl<'a> EquilibriumProblem<'a> {
 }
 
 impl NewtonProblem for EquilibriumProblem<'_> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.blocks
     }
 

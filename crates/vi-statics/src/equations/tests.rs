@@ -2,7 +2,7 @@
 
 use super::*;
 use nalgebra::Vector3;
-use vi_beam::{BeamModel, FrameRule, Mesh, Section};
+use vi_beam::{BeamMesh, BeamModel, FrameRule, Section};
 use vi_core::force::MidpointForce;
 use vi_multibody::form::Form;
 use vi_multibody::joint_force::{JointForce, JointSpring, PdControl, Setpoint};
@@ -22,7 +22,7 @@ fn work(kinds: [PairKind; 3], sample: &mut Sample) -> EquilibriumEquations {
     let rule = FrameRule::Normal(Vector3::z());
     let (corner, end) = (Vector3::new(1.0, 0.2, 0.0), Vector3::new(1.4, 1.1, 0.3));
     for (from, to) in [(Vector3::zeros(), corner), (corner, end)] {
-        let mesh = Mesh::straight(from, to, 2, rule).unwrap();
+        let mesh = BeamMesh::straight(from, to, 2, rule).unwrap();
         model.add_beam("beam", &mesh, section).unwrap();
     }
     let mut point = |at: Vector3<f64>| at + 0.3 * sample.vector();

@@ -4,7 +4,7 @@
 mod beam;
 
 pub(crate) use beam::*;
-use vi_beam::{Beam, BeamModel, ElementKind, Mesh, Section};
+use vi_beam::{Beam, BeamMesh, BeamModel, ElementKind, Section};
 use vi_multibody::Mechanism;
 use vi_rigid::load::Load;
 use vi_statics::StaticProblem;
@@ -18,7 +18,7 @@ pub(crate) fn problem(model: &BeamModel, mechanism: &Mechanism, loads: Vec<Load>
 /// Adds a beam whose elements have some strains.
 pub(crate) fn beam(
     model: &mut BeamModel,
-    mesh: &Mesh,
+    mesh: &BeamMesh,
     section: Section,
     kind: ElementKind,
 ) -> Beam {

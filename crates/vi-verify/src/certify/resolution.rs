@@ -6,13 +6,13 @@ use crate::certificate::{Finding, Verdict};
 use crate::frequency::RESOLVED;
 use crate::judge::scientific;
 use crate::measure::conditioning;
-use crate::subject::Setting;
+use crate::subject::SchemeSetting;
 use vi_core::Composition;
 
 impl Certifier<'_> {
     /// `h ω_max` at the beginning with the longest sub-step of a composition, where it does not
     /// resolve the fastest motion; `None` of order 2, which need not do that.
-    pub(super) fn unresolved(&self, setting: Setting) -> Option<f64> {
+    pub(super) fn unresolved(&self, setting: SchemeSetting) -> Option<f64> {
         let longest = Composition::of_order(setting.order).filter(|_| setting.order > 2)?.longest();
         let resolution = self.frequency(setting)? * setting.step.abs() * longest;
         (resolution > RESOLVED).then_some(resolution)
@@ -39,7 +39,7 @@ impl Certifier<'_> {
         }
         let (h, method) = (self.plan.step, self.plan.methods[0].0);
         let holds = |step: f64| {
-            let setting = Setting { step, ..self.setting(method, 2) };
+            let setting = SchemeSetting { step, ..self.setting(method, 2) };
             let numbers = conditioning(self.subject, setting);
             numbers.map(|numbers| conditioned_as_expected(method, &numbers))
         };
@@ -67,7 +67,7 @@ impl Certifier<'_> {
     }
 
     /// `ω_max` at the beginning, rad/s.
-    pub(super) fn frequency(&self, setting: Setting) -> Option<f64> {
+    pub(super) fn frequency(&self, setting: SchemeSetting) -> Option<f64> {
         self.subject.start(setting).and_then(|mut motion| motion.frequency()).ok()?
     }
 }

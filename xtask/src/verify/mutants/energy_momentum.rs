@@ -1,8 +1,8 @@
 //! Energy–momentum schemes with one wrong part.
 
 use holonom::nalgebra::DMatrix;
-use holonom::verification::running::Running;
-use holonom::verification::subject::{Initial, Method, RunningMotion, Setting};
+use holonom::verification::running::RunningSystem;
+use holonom::verification::subject::{Initial, RunningMotion, SchemeSetting, SteppingMethod};
 use holonom::vi_constraints::InitialValues;
 use holonom::vi_constraints::Reparametrization;
 use holonom::vi_core::potential::Potential;
@@ -98,13 +98,15 @@ impl DiscreteNullSpace<Mechanism> for AtTheStart {
 pub(super) fn start(
     model: &Model,
     defect: Option<EmDefect>,
-    setting: Setting,
+    setting: SchemeSetting,
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn RunningMotion>, String> {
     let mechanism = system::build(model).map_err(|e| e.to_string())?.mechanism;
     let own = (mechanism.initial_configuration(), mechanism.initial_velocity());
     let (q, v) = at.unwrap_or((&own.0, &own.1));
-    let Method::EnergyMomentum(form) = setting.method else { return Err("not built".into()) };
+    let SteppingMethod::EnergyMomentum(form) = setting.method else {
+        return Err("not built".into());
+    };
     if setting.order > 2 {
         return Err("not built".into());
     }
@@ -124,5 +126,5 @@ pub(super) fn start(
         _ => run::integrator_at(system, mechanism, options, EmAlgebra::default(), at),
     };
     let run = run.map_err(|e| e.to_string())?;
-    Ok(Box::new(Running::energy_momentum(run, forces)))
+    Ok(Box::new(RunningSystem::energy_momentum(run, forces)))
 }

@@ -1,11 +1,11 @@
 //! Integrators with one wrong part, plugged in where a user would plug in a part of his own.
 
 use holonom::nalgebra::DMatrix;
-use holonom::verification::running::Running;
-use holonom::verification::subject::{Initial, Method, RunningMotion, Setting};
+use holonom::verification::running::RunningSystem;
+use holonom::verification::subject::{Initial, RunningMotion, SchemeSetting, SteppingMethod};
 use holonom::vi_constraints::{InitialValues, Integrator, Options, Reparametrization};
 use holonom::vi_core::force::{DiscreteForce, NoTimeSlope};
-use holonom::vi_core::newton::{Block, Fault};
+use holonom::vi_core::newton::{Fault, UnknownBlock};
 use holonom::vi_core::{
     Composition, Configuration, DiscreteLagrangian, Entries, Interval, MechanicalSystem, Motion,
     SeparableSystem, Slot, SparseMatrix, StepChange,
@@ -174,7 +174,7 @@ impl Reparametrization for Map {
     fn dof(&self) -> usize {
         self.inner.dof()
     }
-    fn blocks(&self) -> Vec<Block> {
+    fn blocks(&self) -> Vec<UnknownBlock> {
         self.inner.blocks()
     }
     fn null_space(&self, q: &[f64], out: &mut DMatrix<f64>) {
@@ -227,7 +227,7 @@ fn gammas(order: u32, defect: IntegratorDefect) -> Vec<f64> {
 pub(super) fn start(
     model: &Model,
     defect: IntegratorDefect,
-    setting: Setting,
+    setting: SchemeSetting,
     at: Option<Initial<'_>>,
 ) -> Result<Box<dyn RunningMotion>, String> {
     let built = system::build(model).map_err(|e| e.to_string())?;
@@ -256,7 +256,7 @@ pub(super) fn start(
         }
         _ => inner,
     };
-    let Method::Variational(kind) = setting.method else { return Err("not built".into()) };
+    let SteppingMethod::Variational(kind) = setting.method else { return Err("not built".into()) };
     let mut options = Options::new(kind, setting.step);
     if defect == IntegratorDefect::LooseTolerance {
         options.newton.tolerance = 1e-6;
@@ -277,5 +277,5 @@ pub(super) fn start(
     )
     .and_then(|run| run.with_coefficients(gammas(setting.order, defect)))
     .map_err(|e| e.to_string())?;
-    Ok(Box::new(Running::variational(run)))
+    Ok(Box::new(RunningSystem::variational(run)))
 }

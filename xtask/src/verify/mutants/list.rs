@@ -2,11 +2,11 @@
 
 use super::{Base, Defect, EmDefect, IntegratorDefect, Mutant, OutputDefect, PAIRS, em};
 use holonom::verification::certificate::Criterion;
-use holonom::verification::subject::{GalerkinForm, Method};
+use holonom::verification::subject::{GalerkinForm, SteppingMethod};
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
 
-const ORDER_2: (Method, u32) = (Method::NODAL, 2);
+const ORDER_2: (SteppingMethod, u32) = (SteppingMethod::NODAL, 2);
 const SCREW: usize = PAIRS.len() - 1;
 const REVOLUTE: usize = 1;
 
@@ -31,7 +31,7 @@ fn mutant(
     name: &'static str,
     base: Base,
     defect: Defect,
-    method: (Method, u32),
+    method: (SteppingMethod, u32),
     (criterion, quantity): (Criterion, &'static str),
 ) -> Mutant {
     Mutant { name, base, defect, method, criterion, quantity }
@@ -159,7 +159,7 @@ fn structure() -> Vec<Mutant> {
 fn integrators() -> Vec<Mutant> {
     use Criterion as C;
     use IntegratorDefect as D;
-    let order_4 = (Method::NODAL, 4);
+    let order_4 = (SteppingMethod::NODAL, 4);
     let of = |name, base, defect, method, found| {
         mutant(name, base, Defect::Integrator(defect), method, found)
     };
@@ -226,7 +226,7 @@ fn integrators() -> Vec<Mutant> {
             "force of first order",
             Base::Top,
             Defect::Integrator(D::FirstOrderForce),
-            (Method::Variational(SchemeKind::Dalembert), 2),
+            (SteppingMethod::Variational(SchemeKind::Dalembert), 2),
             (C::Order, "p (projected, 40)"),
         ),
     ]
@@ -275,7 +275,7 @@ fn energy_momentum() -> Vec<Mutant> {
 /// Kernels of trees, loops, beams and Galerkin steps that read a key of a neighbour, or not at all.
 fn wiring() -> Vec<Mutant> {
     let agreement = (Criterion::Agreement, "distance in q");
-    let galerkin = (Method::Galerkin(GalerkinForm::Nodal), 4);
+    let galerkin = (SteppingMethod::Galerkin(GalerkinForm::Nodal), 4);
     let nodal: [(&str, Base, &str, &str); 9] = [
         (
             "tree: a spring on the neighbour",

@@ -26,7 +26,7 @@ use holonom::verification::certificate::{Certificate, Criterion, Finding, Verdic
 use holonom::verification::certify::{MeasurementPlan, certify};
 use holonom::verification::convergence::Horizon;
 use holonom::verification::subject::{
-    Initial, Method, NodeValues, RunningMotion, Setting, Subject,
+    Initial, NodeValues, RunningMotion, SchemeSetting, SteppingMethod, Subject,
 };
 use holonom::vi_constraints::SchemeKind;
 use holonom::vi_emscheme::EmForm;
@@ -81,7 +81,7 @@ pub struct Mutant {
     /// What is wrong.
     pub defect: Defect,
     /// The method with its order.
-    pub method: (Method, u32),
+    pub method: (SteppingMethod, u32),
     /// What must find it.
     pub criterion: Criterion,
     /// In which quantity.
@@ -166,12 +166,12 @@ impl Base {
         Model::from_toml(&self.text()).map_err(|e| format!("{}: {e}", self.name()))
     }
 
-    fn plan(self, method: (Method, u32), criteria: &[Criterion]) -> MeasurementPlan {
+    fn plan(self, method: (SteppingMethod, u32), criteria: &[Criterion]) -> MeasurementPlan {
         let (end, coarsest, finest, step, long) = self.numbers();
         let (method, order) = method;
         let mut methods = vec![(method, vec![order])];
-        if method == Method::NODAL && criteria.contains(&Criterion::Agreement) {
-            methods.push((Method::Variational(SchemeKind::Dalembert), vec![]));
+        if method == SteppingMethod::NODAL && criteria.contains(&Criterion::Agreement) {
+            methods.push((SteppingMethod::Variational(SchemeKind::Dalembert), vec![]));
         }
         MeasurementPlan {
             methods,
@@ -193,21 +193,21 @@ struct Broken {
     defect: Defect,
     sound: Box<dyn Subject>,
     /// What the method reads, where that is another system.
-    wired: Option<(Method, Box<dyn Subject>)>,
+    wired: Option<(SteppingMethod, Box<dyn Subject>)>,
     model: Model,
 }
 
 impl Subject for Broken {
     fn start_from(
         &self,
-        setting: Setting,
+        setting: SchemeSetting,
         at: Option<Initial<'_>>,
     ) -> Result<Box<dyn RunningMotion>, String> {
         if let Some((_, wired)) = self.wired.as_ref().filter(|(own, _)| *own == setting.method) {
             return wired.start_from(setting, at);
         }
         let inner = |setting| match (self.base, setting) {
-            (Base::Quartic, Setting { method: Method::EnergyMomentum(_), .. }) => {
+            (Base::Quartic, SchemeSetting { method: SteppingMethod::EnergyMomentum(_), .. }) => {
                 energy_momentum::start(&self.model, None, setting, at)
             }
             _ => self.sound.start_from(setting, at),
@@ -237,7 +237,7 @@ impl Subject for Broken {
 pub fn certificate(
     base: Base,
     defect: Defect,
-    method: (Method, u32),
+    method: (SteppingMethod, u32),
     criteria: &[Criterion],
 ) -> Result<Certificate, String> {
     let wired = match defect {
@@ -300,7 +300,10 @@ impl Mutant {
 ///
 /// # Errors
 /// As [`certificate`], or the first failure.
-pub fn passes(base: Base, method: (Method, u32)) -> Result<Vec<(Criterion, String)>, String> {
+pub fn passes(
+    base: Base,
+    method: (SteppingMethod, u32),
+) -> Result<Vec<(Criterion, String)>, String> {
     let certificate = certificate(base, Defect::None, method, &Criterion::ALL)?;
     if let Some(failed) = certificate.findings.iter().find(|f| f.verdict == Verdict::Fail) {
         return Err(format!("{}: {failed}", base.name()));
@@ -311,6 +314,6 @@ pub fn passes(base: Base, method: (Method, u32)) -> Result<Vec<(Criterion, Strin
 
 /// A form of the energy–momentum scheme.
 #[must_use]
-pub(super) fn em(form: EmForm) -> (Method, u32) {
-    (Method::EnergyMomentum(form), 2)
+pub(super) fn em(form: EmForm) -> (SteppingMethod, u32) {
+    (SteppingMethod::EnergyMomentum(form), 2)
 }

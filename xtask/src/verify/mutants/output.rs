@@ -2,7 +2,7 @@
 
 use holonom::verification::equations::Equations;
 use holonom::verification::subject::{Invariants, Nature, NodeValues, RunningMotion};
-use holonom::vi_constraints::scheme::Condition;
+use holonom::vi_constraints::scheme::ConditionNumbers;
 use holonom::vi_constraints::tangent_map::Tangents;
 
 /// What is reported wrongly.
@@ -152,7 +152,7 @@ impl RunningMotion for Misreporting {
     fn nature(&mut self) -> Result<Nature, String> {
         self.inner.nature()
     }
-    fn condition(&mut self) -> Option<Condition> {
+    fn condition(&mut self) -> Option<ConditionNumbers> {
         let mut condition = self.inner.condition()?;
         if let OutputDefect::Condition(power) = self.defect {
             condition.as_written *= self.h.abs().powi(power);

@@ -10,18 +10,18 @@
 //! It is true where its value is positive, a continuous function of what it compares: events are
 //! found as its roots.
 
-use super::{DEEPEST, ExpressionError, Known, Parser, Program};
+use super::{DEEPEST, ExpressionError, ExpressionProgram, KnownName, Parser};
 use crate::expression::belongs;
 use crate::expression::function::Binary;
 
-impl Program {
+impl ExpressionProgram {
     /// Compiles a condition, which is true where its value is positive.
     ///
     /// # Errors
-    /// [`ExpressionError`], as [`Program::parse`].
+    /// [`ExpressionError`], as [`ExpressionProgram::parse`].
     pub fn condition(
         text: &str,
-        known: &mut dyn FnMut(&str) -> Option<Known>,
+        known: &mut dyn FnMut(&str) -> Option<KnownName>,
     ) -> Result<Self, ExpressionError> {
         Self::compile(text, known, |parser| parser.condition())
     }

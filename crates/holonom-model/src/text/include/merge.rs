@@ -42,7 +42,7 @@ const REFERENCES: [&str; 18] = [
     "controls",
 ];
 
-type Value<'i> = Spanned<DeValue<'i>>;
+type TomlValue<'i> = Spanned<DeValue<'i>>;
 
 /// The merged text; `None` where the files do not fit each other.
 pub(super) fn merge(tree: &IncludeTree, problems: &mut Vec<(usize, Problem)>) -> Option<Writer> {
@@ -269,7 +269,7 @@ impl<'a, 'i> Merge<'a, 'i> {
         index: usize,
         name: &str,
         key: &'a Spanned<std::borrow::Cow<'i, str>>,
-        value: &'a Value<'i>,
+        value: &'a TomlValue<'i>,
     ) {
         if self.stated.insert(name.to_owned(), index).is_some() {
             let path = format!("{PARAMETERS}.{name}");
@@ -328,7 +328,7 @@ impl<'a, 'i> Merge<'a, 'i> {
     }
 
     /// Adds an entry of a list of parts.
-    fn part(&mut self, index: usize, section: &str, part: &'a Value<'i>) {
+    fn part(&mut self, index: usize, section: &str, part: &'a TomlValue<'i>) {
         let file = self.tree.branches[index].file;
         let DeValue::Table(table) = part.get_ref() else {
             let problem = Problem::new(section, format!("an entry of `{section}` is a table"));
@@ -387,7 +387,7 @@ impl<'a, 'i> Merge<'a, 'i> {
     }
 
     /// Adds a value, with the names in it as they are in the merged model.
-    fn value(&self, out: &mut Writer, index: usize, value: &'a Value<'i>, role: Role) {
+    fn value(&self, out: &mut Writer, index: usize, value: &'a TomlValue<'i>, role: Role) {
         let (start, file) = (out.text.len(), self.tree.branches[index].file);
         match value.get_ref() {
             DeValue::String(text) => out.text += &quoted(&self.word(index, text, role)),

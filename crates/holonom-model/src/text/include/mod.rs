@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use super::problem::{ModelError, Problem};
 use crate::{Meshes, Model, Override, read_text};
 use tree::IncludeTree;
-use writer::Piece;
+use writer::TextPiece;
 
 /// The key.
 pub(crate) const KEY: &str = "include";
@@ -93,7 +93,7 @@ pub struct LocatedProblem<'a> {
 pub struct ModelText {
     files: Vec<SourceFile>,
     merged: String,
-    pieces: Vec<Piece>,
+    pieces: Vec<TextPiece>,
     fault: Option<ModelError>,
     /// Problems of the files, with the number of the file.
     problems: Vec<(usize, Problem)>,
@@ -201,12 +201,12 @@ impl ModelText {
         if self.pieces.is_empty() {
             return Some((0, span));
         }
-        let around = |piece: &&Piece| {
+        let around = |piece: &&TextPiece| {
             piece.merged.start <= span.start && span.start < piece.merged.end.max(span.start + 1)
         };
-        let fits = |piece: &&Piece| piece.merged.end >= span.end;
-        let around: Vec<&Piece> = self.pieces.iter().filter(around).collect();
-        let size = |piece: &&&Piece| piece.merged.len();
+        let fits = |piece: &&TextPiece| piece.merged.end >= span.end;
+        let around: Vec<&TextPiece> = self.pieces.iter().filter(around).collect();
+        let size = |piece: &&&TextPiece| piece.merged.len();
         let best = around.iter().filter(|piece| fits(piece)).min_by_key(size);
         let best = best.or_else(|| around.iter().min_by_key(size))?;
         Some((best.file, best.place.clone()))

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 /// A part of the merged text, and where it stands in a file.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
+pub(super) struct TextPiece {
     pub(super) merged: Range<usize>,
     pub(super) file: usize,
     pub(super) place: Range<usize>,
@@ -14,13 +14,13 @@ pub(super) struct Piece {
 #[derive(Default)]
 pub(super) struct Writer {
     pub(super) text: String,
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Vec<TextPiece>,
 }
 
 impl Writer {
     /// Notes that the text since `start` comes from a place of a file.
     pub(super) fn piece(&mut self, start: usize, file: usize, place: Range<usize>) {
-        self.pieces.push(Piece { merged: start..self.text.len(), file, place });
+        self.pieces.push(TextPiece { merged: start..self.text.len(), file, place });
     }
 
     /// Adds a key.
@@ -35,7 +35,7 @@ impl Writer {
     pub(super) fn append(&mut self, other: Self) {
         let base = self.text.len();
         self.text += &other.text;
-        let moved = |piece: Piece| Piece {
+        let moved = |piece: TextPiece| TextPiece {
             merged: piece.merged.start + base..piece.merged.end + base,
             ..piece
         };

@@ -2,7 +2,7 @@
 //! process. Arguments of an input are divided by `|`.
 
 use super::sample_run::{run_into, small_model};
-use super::{Answer, Target, Worker, lines};
+use super::{Answer, FuzzTarget, Worker, lines};
 use crate::fuzz::mutate;
 use crate::program;
 use crate::scratch::ScratchFolder;
@@ -50,7 +50,7 @@ from = \"ground\"
 to = \"bob\"
 ";
 
-impl Target for Arguments {
+impl FuzzTarget for Arguments {
     fn name(&self) -> &'static str {
         "arguments"
     }

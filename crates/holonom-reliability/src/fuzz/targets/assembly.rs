@@ -1,7 +1,7 @@
 //! Models that are read: set-up and up to three steps.
 
 use super::model::{mixed, read, seeds};
-use super::{Answer, Target, Worker, files};
+use super::{Answer, FuzzTarget, Worker, files};
 use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use crate::soak::judge::{Ending, outcome};
@@ -11,7 +11,7 @@ use holonom::Model;
 #[derive(Clone, Copy, Debug)]
 pub struct Assembly;
 
-impl Target for Assembly {
+impl FuzzTarget for Assembly {
     fn name(&self) -> &'static str {
         "assembly"
     }

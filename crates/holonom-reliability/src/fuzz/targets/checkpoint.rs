@@ -2,7 +2,7 @@
 //! what stands in them is read.
 
 use super::sample_run::{checkpoint, model, state};
-use super::{Answer, Target, Worker};
+use super::{Answer, FuzzTarget, Worker};
 use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use holonom::output::Checkpoint;
@@ -14,7 +14,7 @@ pub struct CheckpointFile;
 /// Bytes before the payload; where its length and the checksum stand.
 const HEAD: usize = 36;
 
-impl Target for CheckpointFile {
+impl FuzzTarget for CheckpointFile {
     fn name(&self) -> &'static str {
         "checkpoint"
     }

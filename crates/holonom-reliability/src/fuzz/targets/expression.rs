@@ -1,6 +1,6 @@
 //! Expressions of `[parameters]`.
 
-use super::{Answer, Target, Worker, lines};
+use super::{Answer, FuzzTarget, Worker, lines};
 use holonom::{Model, Override};
 
 /// Expressions.
@@ -25,7 +25,7 @@ mass = 1.0
 inertia = [1.0, 1.0, 1.0]
 ";
 
-impl Target for Expression {
+impl FuzzTarget for Expression {
     fn name(&self) -> &'static str {
         "expression"
     }

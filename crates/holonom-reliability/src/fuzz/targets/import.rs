@@ -1,6 +1,6 @@
 //! Robots in URDF and MJCF.
 
-use super::{Answer, Target, Worker, repository};
+use super::{Answer, FuzzTarget, Worker, repository};
 use holonom::Model;
 use holonom::import::{ImportError, ImportOptions, Imported, import_text};
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub struct RobotDescriptions;
 /// The descriptions of the tests, the smaller ones: an input is mutated in a few places only.
 const LARGEST: usize = 8000;
 
-impl Target for RobotDescriptions {
+impl FuzzTarget for RobotDescriptions {
     fn name(&self) -> &'static str {
         "import"
     }

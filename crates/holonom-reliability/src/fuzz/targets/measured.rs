@@ -1,6 +1,6 @@
 //! Measured values, as `identify` reads them.
 
-use super::{Answer, Target, Worker, files};
+use super::{Answer, FuzzTarget, Worker, files};
 use holonom::Model;
 use holonom::identification::data;
 
@@ -33,7 +33,7 @@ column = \"far\"
 sigma = 0.1
 ";
 
-impl Target for MeasuredValues {
+impl FuzzTarget for MeasuredValues {
     fn name(&self) -> &'static str {
         "measured"
     }
@@ -47,13 +47,13 @@ impl Target for MeasuredValues {
     }
 
     fn worker(&self) -> Box<dyn Worker> {
-        Box::new(Reader(Model::from_toml(MODEL).expect("a valid model")))
+        Box::new(MeasuredReader(Model::from_toml(MODEL).expect("a valid model")))
     }
 }
 
-struct Reader(Model);
+struct MeasuredReader(Model);
 
-impl Worker for Reader {
+impl Worker for MeasuredReader {
     fn execute(&mut self, input: &[u8]) -> Answer {
         self.read(input, 1.0)
     }
@@ -63,7 +63,7 @@ impl Worker for Reader {
     }
 }
 
-impl Reader {
+impl MeasuredReader {
     /// Whether values are finite, at times that increase within the run.
     fn read(&self, input: &[u8], factor: f64) -> Answer {
         let text = String::from_utf8_lossy(input);

@@ -1,6 +1,6 @@
 //! Meshes in STL and OBJ.
 
-use super::{Answer, Target, Worker, files};
+use super::{Answer, FuzzTarget, Worker, files};
 use holonom::model::Mesh;
 use holonom::vi_rigid::Polyhedron;
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 #[derive(Clone, Copy, Debug)]
 pub struct MeshFiles;
 
-impl Target for MeshFiles {
+impl FuzzTarget for MeshFiles {
     fn name(&self) -> &'static str {
         "mesh"
     }

@@ -58,7 +58,7 @@ pub trait Worker {
 }
 
 /// Something that reads.
-pub trait Target: Sync {
+pub trait FuzzTarget: Sync {
     /// Its name.
     fn name(&self) -> &'static str;
     /// Executions of a long run.
@@ -82,7 +82,7 @@ pub trait Target: Sync {
 
 /// All targets; a new one is a line here.
 #[must_use]
-pub fn all() -> Vec<Box<dyn Target>> {
+pub fn all() -> Vec<Box<dyn FuzzTarget>> {
     vec![
         Box::new(model::ModelFile),
         Box::new(expression::Expression),

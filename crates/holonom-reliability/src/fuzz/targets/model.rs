@@ -3,7 +3,7 @@
 //! Lines `#--set KEY=VALUE` of an input are overrides. Lines `#--file` divide it into the model and
 //! files that it may include: `1.toml`, `2.toml`.
 
-use super::{Answer, Target, Worker, files};
+use super::{Answer, FuzzTarget, Worker, files};
 use crate::fuzz::{mutate, structure};
 use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
@@ -15,7 +15,7 @@ use std::fs;
 #[derive(Clone, Copy, Debug)]
 pub struct ModelFile;
 
-impl Target for ModelFile {
+impl FuzzTarget for ModelFile {
     fn name(&self) -> &'static str {
         "model"
     }

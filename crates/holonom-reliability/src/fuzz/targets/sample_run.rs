@@ -49,7 +49,7 @@ pub(super) fn run_into(folder: &Path, model: &Model) -> Result<(), String> {
     let words = |error: &dyn std::error::Error| error.to_string();
     let mut experiment = run::prepare(model).map_err(|error| words(&error))?;
     let folder = RunFolder::create(folder, true).map_err(|error| words(&error))?;
-    let control = run::Control {
+    let control = run::RunControl {
         progress: &mut |_, _| {},
         notice: &mut |_| {},
         interrupted: &mut || false,

@@ -3,7 +3,7 @@
 //! before must have no influence.
 
 use super::sample_run::{small_model, state};
-use super::{Answer, Target, Worker};
+use super::{Answer, FuzzTarget, Worker};
 use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
 use crate::soak::judge::continued;
@@ -13,7 +13,7 @@ use holonom::{Model, RunState, Simulation};
 #[derive(Clone, Copy, Debug)]
 pub struct StoredState;
 
-impl Target for StoredState {
+impl FuzzTarget for StoredState {
     fn name(&self) -> &'static str {
         "state"
     }

@@ -1,15 +1,15 @@
 //! `--vary` and `--shard`: every point of a plan has a value for every key.
 
-use super::{Answer, Target, Worker, lines};
+use super::{Answer, FuzzTarget, Worker, lines};
 use crate::fuzz::mutate;
 use crate::soak::draw::Draw;
-use holonom::sweep::{Plan, Sampling, Shard, Variation};
+use holonom::sweep::{Plan, PointSampling, Shard, Variation};
 
 /// Sweeps.
 #[derive(Clone, Copy, Debug)]
 pub struct SweepPlans;
 
-impl Target for SweepPlans {
+impl FuzzTarget for SweepPlans {
     fn name(&self) -> &'static str {
         "sweep"
     }
@@ -58,7 +58,7 @@ fn planned(input: &[u8], more: usize) -> Answer {
         Ok(variations) => variations,
         Err(words) => return Answer::Refused(words),
     };
-    let sampling = Sampling::ALL[input.len() % 4];
+    let sampling = PointSampling::ALL[input.len() % 4];
     let plan = match Plan::samples(variations, sampling, 1 + input.len(), 7) {
         Ok(plan) => plan,
         Err(error) => return Answer::Refused(error.help),

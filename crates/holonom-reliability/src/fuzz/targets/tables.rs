@@ -2,7 +2,7 @@
 //! the name of the file. What reads other files alone is called for some inputs only.
 
 use super::sample_run::{model, run_into};
-use super::{Answer, Target, Worker};
+use super::{Answer, FuzzTarget, Worker};
 use crate::fuzz::mutate;
 use crate::scratch::ScratchFolder;
 use crate::soak::draw::Draw;
@@ -33,10 +33,10 @@ const DRAWN: u64 = 64;
 const WHOLE: u64 = 64;
 
 /// Reads something of a run; the error in words.
-type Read = fn(&RunFolder) -> Result<(), String>;
+type RunReader = fn(&RunFolder) -> Result<(), String>;
 
 /// What reads tables, with the files that it reads beside those that all read.
-const READERS: [(&[&str], Read); 4] = [
+const READERS: [(&[&str], RunReader); 4] = [
     (&["trajectory.csv", "residuals.csv"], |folder| said(folder.read_trajectory(4))),
     (&["sensors.csv"], |folder| said(folder.read_sensors())),
     (&["energy.csv"], |folder| said(folder.read_energies())),
@@ -51,7 +51,7 @@ fn said<T>(result: Result<T, OutputError>) -> Result<(), String> {
     result.map(drop).map_err(|error| error.to_string())
 }
 
-impl Target for Tables {
+impl FuzzTarget for Tables {
     fn name(&self) -> &'static str {
         "tables"
     }

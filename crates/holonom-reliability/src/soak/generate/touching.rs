@@ -46,7 +46,7 @@ pub fn touching(seed: u64, index: u64) -> Model {
     let count =
         if model.bodies.is_empty() && ground == Ground::None { count.max(2) } else { count };
     for k in 0..count {
-        place(&mut model, k, (aligned, ground), draw);
+        place(&mut model, k, aligned, ground, draw);
     }
     joints(&mut model, draw);
     if draw.chance(0.8) {
@@ -170,7 +170,7 @@ fn height(model: &Model, body: &Body) -> f64 {
 }
 
 /// Adds a body next to another one or to the ground.
-fn place(model: &mut Model, k: usize, (aligned, ground): (bool, Ground), draw: &mut Draw) {
+fn place(model: &mut Model, k: usize, aligned: bool, ground: Ground, draw: &mut Draw) {
     let mut new = bodies::body(format!("body{k}"), [0.0; 3], draw);
     new.collision = vec![shape(draw.pick(&[0.1, 0.3]), draw)];
     if draw.chance(0.2) {

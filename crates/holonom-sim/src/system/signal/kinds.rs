@@ -1,8 +1,8 @@
 //! What the value of a signal of each kind is, and the rates of its states.
 
-use super::network::Term;
-use super::{Source, Terms, key, label, output};
-use holonom_model::expression::{Known, Program};
+use super::network::NetworkTerm;
+use super::{NumberSource, Terms, key, label, output};
+use holonom_model::expression::{ExpressionProgram, KnownName};
 use holonom_model::{ModelError, OUTPUT, Signal, SignalPart, Transfer};
 use vi_core::Number;
 use vi_core::num_dual::Dual64;
@@ -37,7 +37,7 @@ fn kept(time: f64, step: f64) -> usize {
 
 impl<'a> Terms<'a> {
     /// What the value of a signal is; those that need one another at once were refused.
-    pub(super) fn signal(&mut self, signal: &'a Signal) -> Result<Source, ModelError> {
+    pub(super) fn signal(&mut self, signal: &'a Signal) -> Result<NumberSource, ModelError> {
         if let Some(known) = self.signals.get(signal.name.as_str()) {
             return Ok(*known);
         }
@@ -45,7 +45,7 @@ impl<'a> Terms<'a> {
         let start = signal.start.unwrap_or(0.0);
         let source = if signal.rate.is_some() || signal.filter.is_some() {
             self.start[place] = start;
-            Source::State(place)
+            NumberSource::State(place)
         } else if let Some(delay) = &signal.delay {
             let step = self.names.model.settings.step;
             let count = kept(delay.time, step);
@@ -56,8 +56,8 @@ impl<'a> Terms<'a> {
             self.start[place] = start;
             self.held(place, name)
         } else if let Some(value) = &signal.value {
-            let own = [("t", Source::Input(0))];
-            self.formula((&label(name), &key(name, "value")), value, &own)?
+            let own = [("t", NumberSource::Input(0))];
+            self.formula(&label(name), &key(name, "value"), value, &own)?
         } else if signal.pid.is_some() || signal.transfer.is_some() {
             self.value_of_parts(signal, place)?
         } else {
@@ -70,12 +70,16 @@ impl<'a> Terms<'a> {
 
     /// The value of a signal by its parts; the rates of its states come later, since its value may
     /// need none of what they read.
-    fn value_of_parts(&mut self, signal: &'a Signal, place: usize) -> Result<Source, ModelError> {
+    fn value_of_parts(
+        &mut self,
+        signal: &'a Signal,
+        place: usize,
+    ) -> Result<NumberSource, ModelError> {
         let name = signal.name.as_str();
         let parts = signal.parts(&mut |_, value| Dual64::of(value));
         let states = parts.iter().filter(|part| part.is_rate).zip(place..);
-        let states: Vec<(String, Source)> =
-            states.map(|(part, k)| (part.name.clone(), Source::State(k))).collect();
+        let states: Vec<(String, NumberSource)> =
+            states.map(|(part, k)| (part.name.clone(), NumberSource::State(k))).collect();
         self.parts.insert(name, states);
         for part in parts.iter().filter(|part| !part.is_rate) {
             let source = self.part_of_signal(signal, part)?;
@@ -84,14 +88,16 @@ impl<'a> Terms<'a> {
         let known = self.parts[name].clone();
         let of = |part: &str| known.iter().find(|(own, _)| own == part).map(|(_, source)| *source);
         if signal.transfer.is_some() {
-            let states = known.iter().filter(|(_, source)| matches!(source, Source::State(_)));
+            let states =
+                known.iter().filter(|(_, source)| matches!(source, NumberSource::State(_)));
             self.unseen.extend(states.map(|(own, source)| (format!("{name}.{own}"), *source)));
         }
         if signal.pid.is_some() {
             let shown = [("e", "e"), ("u", "w"), ("i", "i"), ("d", "d")];
             let shown = shown.into_iter().filter_map(|(shown, part)| Some((shown, of(part)?)));
-            self.output.extend(shown.map(|(part, source)| output::Part::new(name, part, source)));
-            if let (Some(Source::State(state)), Some(error)) = (of("d"), of("e")) {
+            self.output
+                .extend(shown.map(|(part, source)| output::OutputNumber::new(name, part, source)));
+            if let (Some(NumberSource::State(state)), Some(error)) = (of("d"), of("e")) {
                 self.filtered.push((state, error));
             }
         }
@@ -103,13 +109,13 @@ impl<'a> Terms<'a> {
         &mut self,
         signal: &'a Signal,
         part: &SignalPart,
-    ) -> Result<Source, ModelError> {
+    ) -> Result<NumberSource, ModelError> {
         let (name, mut read) = (signal.name.as_str(), Vec::<String>::new());
-        let program = Program::parse(&part.text, &mut |name| {
+        let program = ExpressionProgram::parse(&part.text, &mut |name| {
             if let Some((_, number)) = part.numbers.iter().find(|(own, _)| own == name) {
-                return Some(Known::Constant(number.re));
+                return Some(KnownName::Constant(number.re));
             }
-            Some(Known::Input(read.iter().position(|own| own == name).unwrap_or_else(|| {
+            Some(KnownName::Input(read.iter().position(|own| own == name).unwrap_or_else(|| {
                 read.push(name.to_owned());
                 read.len() - 1
             })))
@@ -130,15 +136,19 @@ impl<'a> Terms<'a> {
         {
             return Ok(*source);
         }
-        Ok(self.term(Term { owner: label(name), program, from, is_own: true }))
+        Ok(self.term(NetworkTerm { owner: label(name), program, from, is_own: true }))
     }
 
     /// What a signal states as an expression, `of` or `feedforward`.
-    pub(super) fn stated(&mut self, signal: &'a Signal, part: &str) -> Result<Source, ModelError> {
-        let own = [("t", Source::Input(0))];
+    pub(super) fn stated(
+        &mut self,
+        signal: &'a Signal,
+        part: &str,
+    ) -> Result<NumberSource, ModelError> {
+        let own = [("t", NumberSource::Input(0))];
         let (of, formula) = signal.stated(part).expect("it is stated");
         let name = &signal.name;
-        let source = self.formula((&label(name), &key(name, of)), formula, &own)?;
+        let source = self.formula(&label(name), &key(name, of), formula, &own)?;
         self.parts.entry(name).or_default().push((part.to_owned(), source));
         Ok(source)
     }
@@ -146,13 +156,13 @@ impl<'a> Terms<'a> {
     /// The rates of the states of a signal.
     pub(super) fn add_rates(&mut self, signal: &'a Signal) -> Result<(), ModelError> {
         let (place, name) = (self.place(signal), signal.name.as_str());
-        let own = [("t", Source::Input(0))];
+        let own = [("t", NumberSource::Input(0))];
         if let Some(rate) = &signal.rate {
-            let rate = self.formula((&label(name), &key(name, "rate")), rate, &own)?;
+            let rate = self.formula(&label(name), &key(name, "rate"), rate, &own)?;
             self.rates[place] = Some(rate);
         }
         if signal.filter.is_some() {
-            self.parts.insert(name, vec![(OUTPUT.to_owned(), Source::State(place))]);
+            self.parts.insert(name, vec![(OUTPUT.to_owned(), NumberSource::State(place))]);
         }
         let parts = signal.parts(&mut |_, value| Dual64::of(value));
         for (part, state) in parts.iter().filter(|part| part.is_rate).zip(place..) {

@@ -19,14 +19,14 @@ pub(crate) mod sampler;
 mod tasks;
 
 use crate::digits::rounded;
-use crate::sensor::{Column, columns_of, ends_of};
+use crate::sensor::{SensorColumn, columns_of, ends_of};
 use crate::system::names::Names;
-use holonom_model::expression::{ExpressionError, Known, Program};
+use holonom_model::expression::{ExpressionError, ExpressionProgram, KnownName};
 use holonom_model::{
     Formula, MOTION, Model, ModelError, Problem, Quantities, Quantity, Sensor, SensorKind, Signal,
 };
 use kinds::sizes;
-use network::{Source, Term};
+use network::{NetworkTerm, NumberSource};
 pub(crate) use parts::Needed;
 use std::collections::BTreeMap;
 use vi_multibody::builder::{PointOn, Read};
@@ -36,19 +36,19 @@ use vi_multibody::law::Past;
 pub(crate) struct Terms<'a> {
     names: &'a Names<'a>,
     quantities: &'a Quantities<'a>,
-    terms: Vec<Term>,
+    terms: Vec<NetworkTerm>,
     inputs: Vec<(Read, String)>, // the time first
-    signals: BTreeMap<&'a str, Source>,
+    signals: BTreeMap<&'a str, NumberSource>,
     places: BTreeMap<&'a str, usize>, // the first internal variable of each signal
-    parts: BTreeMap<&'a str, Vec<(String, Source)>>, // what signals consist of, as far as known
+    parts: BTreeMap<&'a str, Vec<(String, NumberSource)>>, // what signals consist of, as far as known
     states: usize,
-    rates: Vec<Option<Source>>,
+    rates: Vec<Option<NumberSource>>,
     start: Vec<f64>,
     pasts: BTreeMap<&'a str, Past>,
-    filtered: Vec<(usize, Source)>,
+    filtered: Vec<(usize, NumberSource)>,
     measured: Vec<(String, usize)>, // columns of sensors, and where they are held
-    output: Vec<output::Part>,
-    unseen: Vec<(String, Source)>, // states that are not written
+    output: Vec<output::OutputNumber>,
+    unseen: Vec<(String, NumberSource)>, // states that are not written
 }
 
 impl<'a> Terms<'a> {
@@ -100,9 +100,9 @@ impl<'a> Terms<'a> {
         self.places[signal.name.as_str()]
     }
 
-    pub(crate) fn input(&mut self, read: Read, name: String) -> Source {
+    pub(crate) fn input(&mut self, read: Read, name: String) -> NumberSource {
         let known = self.inputs.iter().position(|(own, _)| *own == read);
-        Source::Input(known.unwrap_or_else(|| {
+        NumberSource::Input(known.unwrap_or_else(|| {
             self.inputs.push((read, name));
             self.inputs.len() - 1
         }))
@@ -115,8 +115,8 @@ impl<'a> Terms<'a> {
         at: PointOn,
         frame: Option<usize>,
         base: Option<usize>,
-    ) -> Vec<(&'static str, Source)> {
-        let mut own = vec![("t", Source::Input(0))];
+    ) -> Vec<(&'static str, NumberSource)> {
+        let mut own = vec![("t", NumberSource::Input(0))];
         let id = |k: usize| self.names.frames[k];
         for (k, name) in MOTION.into_iter().enumerate().skip(1) {
             let axis = (k - 1) % 3;
@@ -134,12 +134,12 @@ impl<'a> Terms<'a> {
         own
     }
 
-    fn held(&mut self, place: usize, name: &str) -> Source {
+    fn held(&mut self, place: usize, name: &str) -> NumberSource {
         self.input(Read::Held(place), name.to_owned())
     }
 
     /// What a quantity is read from, in the expression of a key.
-    fn quantity(&mut self, key: &str, quantity: &Quantity) -> Result<Source, ModelError> {
+    fn quantity(&mut self, key: &str, quantity: &Quantity) -> Result<NumberSource, ModelError> {
         let name = quantity.name();
         let joint = |joint: &str, freedom: usize| {
             self.names.joint(joint).map(|(_, id)| id.coordinate(freedom))
@@ -186,7 +186,7 @@ impl<'a> Terms<'a> {
         let columns = columns_of(model, found);
         let place = columns.iter().position(|column| column.part == part);
         place.map(|place| (place, found)).ok_or_else(|| {
-            let known: Vec<String> = columns.iter().map(Column::name).collect();
+            let known: Vec<String> = columns.iter().map(SensorColumn::name).collect();
             let message = format!("`{sensor}` has no number of this name");
             let help = format!("it has {}", known.join(", "));
             ModelError::Assembly(vec![Problem::new(key, message).help(help)])
@@ -236,34 +236,40 @@ impl<'a> Terms<'a> {
     /// Adds an expression of its own variables and of what it names.
     pub(crate) fn formula(
         &mut self,
-        (owner, key): (&str, &str),
+        owner: &str,
+        key: &str,
         formula: &Formula,
-        own: &[(&str, Source)],
-    ) -> Result<Source, ModelError> {
+        own: &[(&str, NumberSource)],
+    ) -> Result<NumberSource, ModelError> {
         let names: Vec<&str> = own.iter().map(|(name, _)| *name).collect();
         let mut reads = Vec::new();
         let program = self.quantities.compile(formula, &names, &mut reads);
         let program = program.map_err(|error| refusal(key, error))?;
-        let mut from: Vec<(Source, String)> =
+        let mut from: Vec<(NumberSource, String)> =
             own.iter().map(|(name, source)| (*source, (*name).to_owned())).collect();
         for read in &reads {
             from.push((self.quantity(key, read)?, read.name()));
         }
-        Ok(self.term(Term { owner: owner.to_owned(), program, from, is_own: false }))
+        Ok(self.term(NetworkTerm { owner: owner.to_owned(), program, from, is_own: false }))
     }
 
     /// Adds an expression of what is known.
-    pub(crate) fn part(&mut self, owner: &str, text: &str, from: &[(&str, Source)]) -> Source {
+    pub(crate) fn part(
+        &mut self,
+        owner: &str,
+        text: &str,
+        from: &[(&str, NumberSource)],
+    ) -> NumberSource {
         let place = |name: &str| from.iter().position(|(own, _)| *own == name);
-        let program = Program::parse(text, &mut |name| place(name).map(Known::Input));
+        let program = ExpressionProgram::parse(text, &mut |name| place(name).map(KnownName::Input));
         let program = program.expect("numbers of a valid model");
         let from = from.iter().map(|(name, source)| (*source, (*name).to_owned())).collect();
-        self.term(Term { owner: owner.to_owned(), program, from, is_own: true })
+        self.term(NetworkTerm { owner: owner.to_owned(), program, from, is_own: true })
     }
 
-    fn term(&mut self, term: Term) -> Source {
+    fn term(&mut self, term: NetworkTerm) -> NumberSource {
         self.terms.push(term);
-        Source::Term(self.terms.len() - 1)
+        NumberSource::Term(self.terms.len() - 1)
     }
 }
 

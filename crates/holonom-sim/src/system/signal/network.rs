@@ -6,14 +6,14 @@
 //! ```
 
 use crate::system::law_fault::{LastFault, LawFault};
-use holonom_model::expression::{Program, Undefined};
+use holonom_model::expression::{ExpressionProgram, UndefinedPart};
 use nalgebra::DMatrix;
 use std::sync::{Mutex, PoisonError};
 use vi_multibody::law::Law;
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Source {
+pub(crate) enum NumberSource {
     /// An input.
     Input(usize),
     /// A state.
@@ -22,7 +22,7 @@ pub(crate) enum Source {
     Term(usize),
 }
 
-impl Source {
+impl NumberSource {
     /// Whether it changes with the motion, by which terms do.
     fn moves(self, terms: &[bool]) -> bool {
         match self {
@@ -35,20 +35,20 @@ impl Source {
 
 /// An expression of inputs, states and earlier terms.
 #[derive(Clone, Debug)]
-pub(crate) struct Term {
+pub(crate) struct NetworkTerm {
     /// Law or signal, for messages.
     pub(crate) owner: String,
-    pub(crate) program: Program,
+    pub(crate) program: ExpressionProgram,
     /// What its inputs are, and their names.
-    pub(crate) from: Vec<(Source, String)>,
+    pub(crate) from: Vec<(NumberSource, String)>,
     /// How it is discontinuous in time, in the place of what `program` says: none of the parts of
     /// a controller is.
     pub(crate) is_own: bool,
 }
 
-impl Term {
-    pub(crate) fn reads(&self) -> impl Iterator<Item = Source> {
-        let read = |(k, _): &(usize, &(Source, String))| self.program.reads(*k);
+impl NetworkTerm {
+    pub(crate) fn reads(&self) -> impl Iterator<Item = NumberSource> {
+        let read = |(k, _): &(usize, &(NumberSource, String))| self.program.reads(*k);
         self.from.iter().enumerate().filter(read).map(|(_, (source, _))| *source)
     }
 }
@@ -56,18 +56,18 @@ impl Term {
 /// Terms with their efforts and the rates of states.
 #[derive(Debug)]
 pub(crate) struct Network {
-    pub(crate) terms: Vec<Term>,
+    pub(crate) terms: Vec<NetworkTerm>,
     /// `None`: zero.
-    pub(crate) efforts: Vec<Option<Source>>,
-    pub(crate) rates: Vec<Source>,
+    pub(crate) efforts: Vec<Option<NumberSource>>,
+    pub(crate) rates: Vec<NumberSource>,
     inputs: usize,
     dissipative: bool,
     fault: LastFault,
-    work: Mutex<Work>,
+    work: Mutex<NetworkScratch>,
 }
 
 #[derive(Debug)]
-struct Work {
+struct NetworkScratch {
     values: Vec<f64>, // of the terms
     arguments: Vec<f64>,
     slopes: Vec<f64>,
@@ -76,14 +76,14 @@ struct Work {
 
 impl Network {
     pub(crate) fn new(
-        terms: Vec<Term>,
-        efforts: Vec<Option<Source>>,
-        rates: Vec<Source>,
+        terms: Vec<NetworkTerm>,
+        efforts: Vec<Option<NumberSource>>,
+        rates: Vec<NumberSource>,
         inputs: usize,
         dissipative: bool,
     ) -> Self {
         let widest = terms.iter().map(|term| term.from.len()).max().unwrap_or(0);
-        let work = Work {
+        let work = NetworkScratch {
             values: vec![0.0; terms.len()],
             arguments: vec![0.0; widest],
             slopes: vec![0.0; widest],
@@ -99,9 +99,9 @@ impl Network {
     }
 
     /// The value of `source` at `(y, z)`; not a number where it has none.
-    pub(crate) fn value(&self, source: Source, y: &[f64], z: &[f64]) -> f64 {
+    pub(crate) fn value(&self, source: NumberSource, y: &[f64], z: &[f64]) -> f64 {
         let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
-        let last = if let Source::Term(k) = source { k + 1 } else { 0 };
+        let last = if let NumberSource::Term(k) = source { k + 1 } else { 0 };
         for k in 0..last {
             self.evaluate_term(k, y, z, work);
         }
@@ -110,8 +110,8 @@ impl Network {
 
     /// The first expression in `source` that jumps where what it reads moves, beside the time, the
     /// first input: whose it is, and the part.
-    pub(crate) fn jump(&self, source: Source) -> Option<(&str, &str)> {
-        let Source::Term(last) = source else { return None };
+    pub(crate) fn jump(&self, source: NumberSource) -> Option<(&str, &str)> {
+        let NumberSource::Term(last) = source else { return None };
         let (mut moves, mut read) = (Vec::with_capacity(last + 1), vec![false; last + 1]);
         for term in &self.terms[..=last] {
             moves.push(term.reads().any(|own| own.moves(&moves)));
@@ -119,22 +119,23 @@ impl Network {
         read[last] = true;
         for k in (0..=last).rev() {
             let own = self.terms[k].reads().filter(|_| read[k]);
-            let of = own.filter_map(|own| if let Source::Term(k) = own { Some(k) } else { None });
+            let of =
+                own.filter_map(|own| if let NumberSource::Term(k) = own { Some(k) } else { None });
             of.collect::<Vec<_>>().into_iter().for_each(|k| read[k] = true);
         }
         (0..=last).filter(|k| read[*k] && !self.terms[*k].is_own).find_map(|k| {
-            let Term { owner, program, from, .. } = &self.terms[k];
+            let NetworkTerm { owner, program, from, .. } = &self.terms[k];
             Some((&**owner, program.jumps_moved(|input| from[input].0.moves(&moves))?))
         })
     }
 
     /// The slopes of `source` by `(y, z)`.
-    pub(crate) fn row(&self, source: Source, y: &[f64], z: &[f64]) -> Vec<f64> {
+    pub(crate) fn row(&self, source: NumberSource, y: &[f64], z: &[f64]) -> Vec<f64> {
         let unit = |k: usize| (0..y.len() + z.len()).map(|i| f64::from(u8::from(i == k))).collect();
         let last = match source {
-            Source::Input(i) => return unit(i),
-            Source::State(i) => return unit(y.len() + i),
-            Source::Term(k) => k,
+            NumberSource::Input(i) => return unit(i),
+            NumberSource::State(i) => return unit(y.len() + i),
+            NumberSource::Term(k) => k,
         };
         let work = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
         for k in 0..=last {
@@ -147,7 +148,7 @@ impl Network {
     /// `along`; without states.
     pub(crate) fn bend_of(
         &self,
-        weights: impl Iterator<Item = (Source, f64)>,
+        weights: impl Iterator<Item = (NumberSource, f64)>,
         [y, along]: [&[f64]; 2],
         slopes: &mut [f64],
     ) {
@@ -171,7 +172,7 @@ impl Network {
         }
         let mut adjoints = vec![[0.0; 2]; count]; // and how they change
         for (source, w) in weights {
-            if let Source::Term(k) = source {
+            if let NumberSource::Term(k) = source {
                 adjoints[k][0] += w;
             }
         }
@@ -180,9 +181,9 @@ impl Network {
             for ((source, _), (slope, bend)) in term.from.iter().zip(first.iter().zip(second)) {
                 let moved = change * slope + adjoint * bend;
                 match *source {
-                    Source::Input(i) => slopes[i] += moved,
-                    Source::State(_) => {}
-                    Source::Term(i) => {
+                    NumberSource::Input(i) => slopes[i] += moved,
+                    NumberSource::State(_) => {}
+                    NumberSource::Term(i) => {
                         adjoints[i][0] += adjoint * slope;
                         adjoints[i][1] += moved;
                     }
@@ -191,7 +192,7 @@ impl Network {
         }
     }
 
-    fn evaluate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
+    fn evaluate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut NetworkScratch) {
         let term = &self.terms[k];
         let count = term.from.len();
         for (argument, (source, _)) in work.arguments.iter_mut().zip(&term.from) {
@@ -204,10 +205,10 @@ impl Network {
     }
 
     /// The value of a term and the row of its slopes.
-    fn differentiate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut Work) {
+    fn differentiate_term(&self, k: usize, y: &[f64], z: &[f64], work: &mut NetworkScratch) {
         let term = &self.terms[k];
         let count = term.from.len();
-        let Work { values, arguments, slopes, rows } = work;
+        let NetworkScratch { values, arguments, slopes, rows } = work;
         for (argument, (source, _)) in arguments.iter_mut().zip(&term.from) {
             *argument = taken(*source, y, z, values);
         }
@@ -221,9 +222,9 @@ impl Network {
         }
         for ((source, _), slope) in term.from.iter().zip(slopes) {
             match *source {
-                Source::Input(i) => rows[(k, i)] += *slope,
-                Source::State(i) => rows[(k, self.inputs + i)] += *slope,
-                Source::Term(i) => {
+                NumberSource::Input(i) => rows[(k, i)] += *slope,
+                NumberSource::State(i) => rows[(k, self.inputs + i)] += *slope,
+                NumberSource::Term(i) => {
                     for j in 0..rows.ncols() {
                         rows[(k, j)] += *slope * rows[(i, j)];
                     }
@@ -233,17 +234,23 @@ impl Network {
     }
 
     #[cold]
-    fn note(&self, term: &Term, undefined: &Undefined, arguments: &[f64], t: f64) -> f64 {
+    fn note(
+        &self,
+        term: &NetworkTerm,
+        undefined: &UndefinedPart,
+        arguments: &[f64],
+        t: f64,
+    ) -> f64 {
         let names: Vec<&str> = term.from.iter().map(|(_, name)| name.as_str()).collect();
-        self.fault.note(&term.owner, (&term.program, undefined), &names, (arguments, t))
+        self.fault.note(&term.owner, &term.program, undefined, &names, arguments, t)
     }
 }
 
-fn taken(source: Source, y: &[f64], z: &[f64], values: &[f64]) -> f64 {
+fn taken(source: NumberSource, y: &[f64], z: &[f64], values: &[f64]) -> f64 {
     match source {
-        Source::Input(i) => y[i],
-        Source::State(i) => z[i],
-        Source::Term(i) => values[i],
+        NumberSource::Input(i) => y[i],
+        NumberSource::State(i) => z[i],
+        NumberSource::Term(i) => values[i],
     }
 }
 
@@ -275,9 +282,9 @@ impl Law for Network {
             values[row] = source.map_or(0.0, |source| taken(source, y, z, &work.values));
             match source {
                 None => {}
-                Some(Source::Input(i)) => slopes[(row, i)] = 1.0,
-                Some(Source::State(i)) => slopes[(row, self.inputs + i)] = 1.0,
-                Some(Source::Term(k)) => {
+                Some(NumberSource::Input(i)) => slopes[(row, i)] = 1.0,
+                Some(NumberSource::State(i)) => slopes[(row, self.inputs + i)] = 1.0,
+                Some(NumberSource::Term(k)) => {
                     (0..slopes.ncols()).for_each(|j| slopes[(row, j)] = work.rows[(k, j)]);
                 }
             }
@@ -296,7 +303,7 @@ impl Law for Network {
 
     /// Where every term is: time is the first input.
     fn is_affine(&self) -> bool {
-        let is_time = |source: Source| source == Source::Input(0);
+        let is_time = |source: NumberSource| source == NumberSource::Input(0);
         let mut terms = self.terms.iter();
         terms.all(|term| term.program.is_affine(|k| !is_time(term.from[k].0)))
     }

@@ -1,7 +1,7 @@
 //! Parts of the network of a model: what a law needs, what all signals need.
 
-use super::network::{Network, Source, Term};
-use super::sampler::{Held, NodeTasks};
+use super::network::{Network, NetworkTerm, NumberSource};
+use super::sampler::{HeldInputs, NodeTasks};
 use super::{Terms, output};
 use crate::sensor::parts_of_signal;
 use holonom_model::{ModelError, Signal};
@@ -18,18 +18,18 @@ pub(crate) struct Needed {
 
 impl<'a> Terms<'a> {
     /// Terms, inputs and states that some numbers need, each in order.
-    pub(super) fn reached(&self, sources: &[Source]) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
+    pub(super) fn reached(&self, sources: &[NumberSource]) -> (Vec<usize>, Vec<usize>, Vec<usize>) {
         let mut waiting = sources.to_vec();
         let mut found: [Vec<bool>; 3] =
             [self.terms.len(), self.inputs.len(), self.states].map(|n| vec![false; n]);
         while let Some(source) = waiting.pop() {
             match source {
-                Source::Input(k) => found[1][k] = true,
-                Source::State(k) if !found[2][k] => {
+                NumberSource::Input(k) => found[1][k] = true,
+                NumberSource::State(k) if !found[2][k] => {
                     found[2][k] = true;
                     waiting.extend(self.rates[k]);
                 }
-                Source::Term(k) if !found[0][k] => {
+                NumberSource::Term(k) if !found[0][k] => {
                     found[0][k] = true;
                     waiting.extend(self.terms[k].reads());
                 }
@@ -44,8 +44,8 @@ impl<'a> Terms<'a> {
     }
 
     /// The part of the network that these efforts need.
-    pub(crate) fn needed(&self, efforts: &[Option<Source>], is_conservative: bool) -> Needed {
-        let wanted: Vec<Source> = efforts.iter().flatten().copied().collect();
+    pub(crate) fn needed(&self, efforts: &[Option<NumberSource>], is_conservative: bool) -> Needed {
+        let wanted: Vec<NumberSource> = efforts.iter().flatten().copied().collect();
         let (terms, mut inputs, states) = self.reached(&wanted);
         if inputs.first() != Some(&0) {
             inputs.insert(0, 0); // the time says where a fault is
@@ -62,23 +62,23 @@ impl<'a> Terms<'a> {
         terms: &[usize],
         inputs: &[usize],
         states: &[usize],
-        efforts: &[Option<Source>],
+        efforts: &[Option<NumberSource>],
         dissipative: bool,
     ) -> Arc<Network> {
         let place = |list: &[usize], k: usize| list.binary_search(&k).ok();
-        let moved = |source: Source| match source {
-            Source::Input(k) => place(inputs, k).map(Source::Input),
-            Source::State(k) => place(states, k).map(Source::State),
-            Source::Term(k) => place(terms, k).map(Source::Term),
+        let moved = |source: NumberSource| match source {
+            NumberSource::Input(k) => place(inputs, k).map(NumberSource::Input),
+            NumberSource::State(k) => place(states, k).map(NumberSource::State),
+            NumberSource::Term(k) => place(terms, k).map(NumberSource::Term),
         };
         let own = |k: &usize| {
-            let Term { owner, program, from, is_own } = self.terms[*k].clone();
+            let NetworkTerm { owner, program, from, is_own } = self.terms[*k].clone();
             // what is named and not read is nowhere: the time stands for it
             let from = from
                 .into_iter()
-                .map(|(source, name)| (moved(source).unwrap_or(Source::Input(0)), name))
+                .map(|(source, name)| (moved(source).unwrap_or(NumberSource::Input(0)), name))
                 .collect();
-            Term { owner, program, from, is_own }
+            NetworkTerm { owner, program, from, is_own }
         };
         let efforts = efforts.iter().map(|effort| effort.and_then(moved)).collect();
         let rates = states.iter().filter_map(|k| self.rates[*k].and_then(moved)).collect();
@@ -98,16 +98,16 @@ impl<'a> Terms<'a> {
         let names = self.names;
         let watched = names.outside.watched.iter().map(|own| {
             let Some(formula) = own else { return Ok(None) };
-            let time = [("t", Source::Input(0))];
-            self.formula(("signals", "signal"), formula, &time).map(Some)
+            let time = [("t", NumberSource::Input(0))];
+            self.formula("signals", "signal", formula, &time).map(Some)
         });
-        let watched: Vec<Option<Source>> = watched.collect::<Result<_, ModelError>>()?;
+        let watched: Vec<Option<NumberSource>> = watched.collect::<Result<_, ModelError>>()?;
         let known = std::mem::take(&mut self.output);
         let of = |signal: &Signal, part: &str| {
             known.iter().find(|own| own.signal == signal.name && own.part == part).cloned()
         };
         let signals = self.names.model.signals.iter();
-        let output: Vec<output::Part> = signals
+        let output: Vec<output::OutputNumber> = signals
             .flat_map(|own| parts_of_signal(own).into_iter().filter_map(move |part| of(own, part)))
             .collect();
         let all = |n: usize| (0..n).collect::<Vec<usize>>();
@@ -115,8 +115,8 @@ impl<'a> Terms<'a> {
             (all(self.terms.len()), all(self.inputs.len()), all(self.states));
         let network = self.part_of(&terms, &inputs, &states, &watched, false);
         let held = self.inputs.iter().enumerate().filter_map(|(k, (read, _))| match read {
-            Read::Held(place) => Some((k, Held::At(*place))),
-            Read::Past(past) => Some((k, Held::Past(*past))),
+            Read::Held(place) => Some((k, HeldInputs::At(*place))),
+            Read::Past(past) => Some((k, HeldInputs::Past(*past))),
             _ => None,
         });
         let sampler = NodeTasks {
@@ -142,8 +142,8 @@ impl<'a> Terms<'a> {
     /// The value of each signal, before its parts.
     pub(super) fn list_output(&mut self) {
         let values = self.signals.iter();
-        let mut values: Vec<output::Part> =
-            values.map(|(name, source)| output::Part::new(name, "", *source)).collect();
+        let mut values: Vec<output::OutputNumber> =
+            values.map(|(name, source)| output::OutputNumber::new(name, "", *source)).collect();
         values.append(&mut self.output);
         self.output = values;
     }

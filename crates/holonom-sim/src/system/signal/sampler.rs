@@ -10,7 +10,7 @@
 //! All of it may carry how it changes with inputs, with what was held before, and with parameters
 //! [2.70].
 
-use super::network::{Network, Source};
+use super::network::{Network, NumberSource};
 use holonom_model::Pid;
 use std::sync::{Arc, Mutex, PoisonError};
 use vi_core::Number;
@@ -104,25 +104,31 @@ impl Gains<Dual64> {
 
 /// What happens at a node.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Task {
+pub(super) enum SamplerTask {
     /// A sampled expression.
-    Value { held: usize, of: Source },
+    Value { held: usize, of: NumberSource },
     /// A sampled controller: `u`, `I`, `D` from `held` on.
-    Pid { held: usize, error: Source, feedforward: Option<Source>, gains: Gains<f64>, period: f64 },
+    Pid {
+        held: usize,
+        error: NumberSource,
+        feedforward: Option<NumberSource>,
+        gains: Gains<f64>,
+        period: f64,
+    },
     /// A value is kept for later.
-    Keep { past: Past, of: Source },
+    Keep { past: Past, of: NumberSource },
 }
 
 /// A task at every so many nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Due {
     pub(super) every: u64,
-    pub(super) task: Task,
+    pub(super) task: SamplerTask,
 }
 
 /// Inputs that are internal variables.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Held {
+pub(super) enum HeldInputs {
     At(usize),
     Past(Past),
 }
@@ -134,14 +140,14 @@ pub(super) struct NodeTasks {
     pub(super) count: usize,
     pub(super) states: usize,   // the first of the internal variables
     pub(super) tasks: Vec<Due>, // in the order of their dependence
-    pub(super) held: Vec<(usize, Held)>, // among the inputs
+    pub(super) held: Vec<(usize, HeldInputs)>, // among the inputs
     pub(super) start: Vec<f64>, // of the internal variables
-    pub(super) filtered: Vec<(usize, Source)>, // states that start where something else does
+    pub(super) filtered: Vec<(usize, NumberSource)>, // states that start where something else does
     pub(super) work: Mutex<Vec<f64>>,
 }
 
 /// What tasks read and write at a node.
-struct AtNode<'a> {
+struct SampledNode<'a> {
     y: &'a mut [f64],
     internal: &'a mut [f64],
     changes: Option<Changes<'a>>,
@@ -162,26 +168,26 @@ impl<'a> Changes<'a> {
 
 impl NodeTasks {
     /// The value of a source with what is held at present.
-    fn value(&self, source: Source, at: &mut AtNode<'_>) -> f64 {
+    fn value(&self, source: NumberSource, at: &mut SampledNode<'_>) -> f64 {
         for (input, held) in &self.held {
             at.y[*input] = match held {
-                Held::At(place) => at.internal[*place],
-                Held::Past(past) => past.at(at.y[0], at.internal),
+                HeldInputs::At(place) => at.internal[*place],
+                HeldInputs::Past(past) => past.at(at.y[0], at.internal),
             };
         }
         self.network.value(source, at.y, &at.internal[..self.states])
     }
 
     /// How it changes.
-    fn change(&self, source: Source, at: &AtNode<'_>, known: &[Change]) -> Change {
+    fn change(&self, source: NumberSource, at: &SampledNode<'_>, known: &[Change]) -> Change {
         let row = self.network.row(source, at.y, &at.internal[..self.states]);
         let (by_inputs, by_states) = row.split_at(at.y.len());
         let mut change = Change::default();
         for (j, slope) in by_inputs.iter().enumerate().filter(|(_, slope)| **slope != 0.0) {
             match self.held.iter().find(|(input, _)| *input == j) {
                 None => change.add_to(Seed::Input(j), *slope),
-                Some((_, Held::At(place))) => change.add(&known[*place], *slope),
-                Some((_, Held::Past(past))) => {
+                Some((_, HeldInputs::At(place))) => change.add(&known[*place], *slope),
+                Some((_, HeldInputs::Past(past))) => {
                     past.for_each_slope(at.y[0], at.internal, &mut |place, part| {
                         change.add(&known[place], slope * part);
                     });
@@ -194,7 +200,7 @@ impl NodeTasks {
     }
 
     /// The value of what a task samples into a place, and how that changes.
-    fn sampled(&self, (of, place): (Source, usize), at: &mut AtNode<'_>) -> (f64, Change) {
+    fn sampled(&self, of: NumberSource, place: usize, at: &mut SampledNode<'_>) -> (f64, Change) {
         let value = self.value(of, at);
         let Some(Changes { own, by }) = &at.changes else { return (value, Change::default()) };
         let mut change = self.change(of, at, own);
@@ -204,14 +210,14 @@ impl NodeTasks {
         (value, change)
     }
 
-    fn run(&self, task: &Task, at: &mut AtNode<'_>) {
+    fn run(&self, task: &SamplerTask, at: &mut SampledNode<'_>) {
         match *task {
-            Task::Value { held, of } => {
-                let (value, change) = self.sampled((of, held), at);
+            SamplerTask::Value { held, of } => {
+                let (value, change) = self.sampled(of, held, at);
                 at.put(held, value, change);
             }
-            Task::Keep { past, of } => {
-                let (value, change) = self.sampled((of, past.first), at);
+            SamplerTask::Keep { past, of } => {
+                let (value, change) = self.sampled(of, past.first, at);
                 past.push(at.y[0], value, at.internal);
                 if let Some(Changes { own, .. }) = &mut at.changes {
                     own[past.first] = Change::default();
@@ -219,7 +225,7 @@ impl NodeTasks {
                     own[past.first + 1] = change;
                 }
             }
-            Task::Pid { held, error, feedforward, gains, period } => {
+            SamplerTask::Pid { held, error, feedforward, gains, period } => {
                 let e = self.value(error, at);
                 let ahead = feedforward.map_or(0.0, |of| self.value(of, at));
                 let [_, sum, filtered] = [0, 1, 2].map(|k| at.internal[held + k]);
@@ -255,31 +261,31 @@ impl NodeTasks {
         }
     }
 
-    fn fill(&self, at: &mut AtNode<'_>) {
+    fn fill(&self, at: &mut SampledNode<'_>) {
         for due in &self.tasks {
             match due.task {
-                Task::Keep { past, of } => {
+                SamplerTask::Keep { past, of } => {
                     at.put(past.first, at.y[0], Change::default());
-                    self.fill_past((past, of), at);
+                    self.fill_past(past, of, at);
                 }
-                Task::Pid { held, error, .. } => {
-                    let (value, change) = self.sampled((error, held), at);
+                SamplerTask::Pid { held, error, .. } => {
+                    let (value, change) = self.sampled(error, held, at);
                     at.put(held + 2, value, change);
                 }
-                Task::Value { .. } => {}
+                SamplerTask::Value { .. } => {}
             }
         }
         self.filter(at);
     }
 
     /// All that is kept is what it is now.
-    fn fill_past(&self, (past, of): (Past, Source), at: &mut AtNode<'_>) {
-        let (value, change) = self.sampled((of, past.first), at);
+    fn fill_past(&self, past: Past, of: NumberSource, at: &mut SampledNode<'_>) {
+        let (value, change) = self.sampled(of, past.first, at);
         (1..=past.count).for_each(|k| at.put(past.first + k, value, change.clone()));
     }
 
     /// States that start where something else does, and change with what is stated of them.
-    fn filter(&self, at: &mut AtNode<'_>) {
+    fn filter(&self, at: &mut SampledNode<'_>) {
         for (state, of) in &self.filtered {
             let value = self.value(*of, at);
             let mut change = Change::default();
@@ -291,7 +297,7 @@ impl NodeTasks {
         }
     }
 
-    fn sample_at(&self, step: u64, y: &[f64], mut at: AtNode<'_>) -> Option<Vec<Change>> {
+    fn sample_at(&self, step: u64, y: &[f64], mut at: SampledNode<'_>) -> Option<Vec<Change>> {
         at.y.copy_from_slice(y);
         for due in self.tasks.iter().filter(|due| step.is_multiple_of(due.every)) {
             self.run(&due.task, &mut at);
@@ -300,26 +306,26 @@ impl NodeTasks {
     }
 
     /// What is kept and filtered starts with what is read there, after what is sampled.
-    fn begin_at(&self, y: &[f64], mut at: AtNode<'_>) -> Option<Vec<Change>> {
+    fn begin_at(&self, y: &[f64], mut at: SampledNode<'_>) -> Option<Vec<Change>> {
         at.y.copy_from_slice(y);
         at.internal.copy_from_slice(&self.start);
         self.fill(&mut at);
         for due in &self.tasks {
-            if !matches!(due.task, Task::Keep { .. }) {
+            if !matches!(due.task, SamplerTask::Keep { .. }) {
                 self.run(&due.task, &mut at);
             }
         }
         self.filter(&mut at);
         for due in &self.tasks {
-            if let Task::Keep { past, of } = due.task {
-                self.fill_past((past, of), &mut at);
+            if let SamplerTask::Keep { past, of } = due.task {
+                self.fill_past(past, of, &mut at);
             }
         }
         at.changes.map(|changes| changes.own)
     }
 }
 
-impl AtNode<'_> {
+impl SampledNode<'_> {
     fn put(&mut self, place: usize, value: f64, change: Change) {
         self.internal[place] = value;
         if let Some(Changes { own, .. }) = &mut self.changes {
@@ -343,11 +349,11 @@ impl Sampler for NodeTasks {
 
     fn sample(&self, step: u64, y: &[f64], internal: &mut [f64]) {
         let own = &mut *self.work.lock().unwrap_or_else(PoisonError::into_inner);
-        self.sample_at(step, y, AtNode { y: own, internal, changes: None });
+        self.sample_at(step, y, SampledNode { y: own, internal, changes: None });
     }
 
     fn begin(&self, y: &[f64], internal: &mut [f64]) {
-        self.begin_at(y, AtNode { y: &mut y.to_vec(), internal, changes: None });
+        self.begin_at(y, SampledNode { y: &mut y.to_vec(), internal, changes: None });
     }
 
     fn sample_changes(
@@ -358,13 +364,13 @@ impl Sampler for NodeTasks {
         by: &ByParameters<'_>,
     ) -> Vec<Change> {
         let changes = Some(Changes::of_before(self.count, by));
-        let found = self.sample_at(step, y, AtNode { y: &mut y.to_vec(), internal, changes });
+        let found = self.sample_at(step, y, SampledNode { y: &mut y.to_vec(), internal, changes });
         found.unwrap_or_default()
     }
 
     fn begin_changes(&self, y: &[f64], internal: &mut [f64], by: &ByParameters<'_>) -> Vec<Change> {
         let changes = Some(Changes::of_before(self.count, by));
-        let found = self.begin_at(y, AtNode { y: &mut y.to_vec(), internal, changes });
+        let found = self.begin_at(y, SampledNode { y: &mut y.to_vec(), internal, changes });
         found.unwrap_or_default()
     }
 }

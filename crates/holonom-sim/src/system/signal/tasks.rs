@@ -1,7 +1,7 @@
 //! What happens at nodes: values that are sampled, kept and held, in the order of dependence.
 
-use super::sampler::{Due, Gains, Task};
-use super::{Source, Terms, key, label, output};
+use super::sampler::{Due, Gains, SamplerTask};
+use super::{NumberSource, Terms, key, label, output};
 use holonom_model::ModelError;
 use vi_multibody::builder::Read;
 
@@ -14,16 +14,16 @@ impl<'a> Terms<'a> {
             let (place, name) = (self.place(signal), signal.name.as_str());
             if let Some(past) = self.pasts.get(name).copied() {
                 let of = self.stated(signal, "of")?;
-                all.push((place, of, None, Due { every: 1, task: Task::Keep { past, of } }));
+                all.push((place, of, None, Due { every: 1, task: SamplerTask::Keep { past, of } }));
             }
             let Some(period) = signal.every else { continue };
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked: positive
             let every = (period / step).round() as u64;
             if let Some(value) = &signal.value {
-                let own = [("t", Source::Input(0)), ("last", self.held(place, name))];
+                let own = [("t", NumberSource::Input(0)), ("last", self.held(place, name))];
                 let key = key(name, "value");
-                let of = self.formula((&label(name), &key), value, &own)?;
-                let task = Task::Value { held: place, of };
+                let of = self.formula(&label(name), &key, value, &own)?;
+                let task = SamplerTask::Value { held: place, of };
                 all.push((place, of, None, Due { every, task }));
             } else if let Some(pid) = &signal.pid {
                 let error = self.stated(signal, "of")?;
@@ -31,13 +31,13 @@ impl<'a> Terms<'a> {
                 let feedforward =
                     if ahead { Some(self.stated(signal, "feedforward")?) } else { None };
                 let gains = Gains::of(pid, &mut |_, value| value);
-                let task = Task::Pid { held: place, error, feedforward, gains, period };
+                let task = SamplerTask::Pid { held: place, error, feedforward, gains, period };
                 all.push((place, error, feedforward, Due { every, task }));
                 for (part, k) in [("i", 1), ("d", 2)] {
                     let source = self.held(place + k, &format!("{name}.{part}"));
-                    self.output.push(output::Part::new(name, part, source));
+                    self.output.push(output::OutputNumber::new(name, part, source));
                 }
-                self.output.push(output::Part::new(name, "e", error));
+                self.output.push(output::OutputNumber::new(name, "e", error));
             }
         }
         let mut places = Vec::new();
@@ -52,7 +52,7 @@ impl<'a> Terms<'a> {
     pub(super) fn visit(
         &self,
         k: usize,
-        all: &[(usize, Source, Option<Source>, Due)],
+        all: &[(usize, NumberSource, Option<NumberSource>, Due)],
         visited: &mut Vec<usize>,
         sorted: &mut Vec<Due>,
     ) {

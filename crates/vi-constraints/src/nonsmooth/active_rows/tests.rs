@@ -14,7 +14,7 @@ fn a_compliance_along_the_tangents_passes_a_gap_and_is_told() {
     let y = [-mu * delta, slip + delta, 0.0];
     let w: Vec<f64> = y.iter().zip(impulse).map(|(y, own)| y - own).collect();
     let (mut solver, mut found) = (ConvexSolver::default(), given);
-    let report = solver.step(&cones, L, (&w, rho), (&given, &mut found)).unwrap();
+    let report = solver.step(&cones, L, &w, rho, &given, &mut found).unwrap();
     let passed = -(w[0] + found[0]);
     println!("passes by {passed}, steps leave {}, {found:?}", report.left);
     assert!((passed - mu * delta).abs() < 1e-12 && report.left < 0.6 * passed, "{passed}");

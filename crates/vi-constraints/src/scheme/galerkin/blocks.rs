@@ -95,7 +95,7 @@ impl Blocks {
             let row = i * n;
             for j in 0..s {
                 let mut block = placed(row, j * n, 1.0, out);
-                self.balance(system, constraints, (i, j + 1), &mut block);
+                self.balance(system, constraints, i, j + 1, &mut block);
                 self.by_state(i, j, &mut placed(row, states + j * m, 1.0, out));
             }
             let multiplier = s * n + i * r;
@@ -124,7 +124,8 @@ impl Blocks {
         &mut self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (points, p): (&[Interval], &[f64]),
+        points: &[Interval],
+        p: &[f64],
     ) -> Result<bool, Singular> {
         self.points.take(points, p);
         self.points.evaluate(system);
@@ -196,12 +197,13 @@ impl Blocks {
         &self,
         system: &impl DiscreteLagrangian,
         constraints: &impl Constraints,
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         out: &mut dyn Entries,
     ) {
         let (constants, h) = (self.points.constants(), self.points.h());
         system.mass().emit(&mut scaled(constants.K[(i, j)], out));
-        self.slopes.emit(system, &self.points, (i, j), out);
+        self.slopes.emit(system, &self.points, i, j, out);
         if i == j && i < self.impulses.len() {
             let Configuration { t, q, .. } = self.at(i);
             constraints.weighted_hessian(t, q, &self.impulses[i], -h, out);

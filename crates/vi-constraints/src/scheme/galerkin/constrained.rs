@@ -26,7 +26,7 @@ use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::linear::SparseLu;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock};
 use vi_core::sparse::{Block as MatrixBlock, Entries, SparseMatrix};
 use vi_core::state::State;
 
@@ -39,7 +39,7 @@ const FAR: f64 = 0.1;
 pub struct GalerkinConstrained {
     points: ControlPoints,
     rows: IndependentRows,
-    blocks: [Block; 2],
+    blocks: [UnknownBlock; 2],
     jacobians: Vec<Option<SparseMatrix>>, // s  G(q_i), i = 0 … s−1
     matrix: Option<SparseMatrix>,
     lu: Option<SparseLu>,
@@ -72,7 +72,7 @@ impl GalerkinConstrained {
 }
 
 impl<S: MechanicalSystem, C: Constraints> Scheme<S, C> for GalerkinConstrained {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -78,7 +78,8 @@ impl GaussSlopes {
         &self,
         system: &impl DiscreteLagrangian,
         points: &ControlPoints,
-        (i, j): (usize, usize),
+        i: usize,
+        j: usize,
         out: &mut dyn Entries,
     ) {
         let (constants, h) = (points.constants(), points.h());

@@ -93,7 +93,7 @@ impl GalerkinLinearization {
         points: &[Interval],
         p: &[f64],
     ) -> Result<(), Singular> {
-        if self.blocks.differentiate(system, constraints, (points, p))? {
+        if self.blocks.differentiate(system, constraints, points, p)? {
             self.matrix = None; // another pattern
         }
         self.interpolates = system.interpolation().is_some();
@@ -191,7 +191,7 @@ impl GalerkinLinearization {
         let (h, b) = (blocks.points.h(), &blocks.points.constants().gauss_weights);
         solution.fill(0.0);
         for (i, out) in solution[..s * n].chunks_exact_mut(n).enumerate() {
-            blocks.balance(system, constraints, (i, 0), &mut Product { v: &d.q, out });
+            blocks.balance(system, constraints, i, 0, &mut Product { v: &d.q, out });
             out.iter_mut().zip(&sources[i]).for_each(|(x, w)| *x += h * w);
             if i == 0 {
                 out.iter_mut().zip(&d.p).for_each(|(x, p)| *x += h * p);
@@ -217,7 +217,7 @@ impl GalerkinLinearization {
         momentum.fill(0.0);
         for j in 0..=s {
             let into = &mut Product { v: at(j), out: momentum };
-            blocks.balance(system, constraints, (s, j), into);
+            blocks.balance(system, constraints, s, j, into);
         }
         next.clone_from(&d.z);
         if m > 0 {
@@ -275,7 +275,7 @@ impl GalerkinLinearization {
         own.iter_mut().zip(&*momentum).for_each(|(own, p)| *own = p / h);
         solution.fill(0.0);
         for (j, c) in solution[..s * n].chunks_exact_mut(n).enumerate() {
-            transposed(own, c, &|out| blocks.balance(system, constraints, (s, j + 1), out));
+            transposed(own, c, &|out| blocks.balance(system, constraints, s, j + 1, out));
             transposed(&y, c, &|out| blocks.rates_by_point(|k| b[k], j + 1, out));
         }
         solution[(s - 1) * n..s * n].iter_mut().zip(&*a).for_each(|(c, a)| *c += a);
@@ -286,11 +286,11 @@ impl GalerkinLinearization {
         let (_, lu) = matrix.as_mut().ok_or(Singular)?;
         lu.solve_transposed(solution)?;
         a.fill(0.0);
-        transposed(own, a, &|out| blocks.balance(system, constraints, (s, 0), out));
+        transposed(own, a, &|out| blocks.balance(system, constraints, s, 0, out));
         transposed(&y, a, &|out| blocks.rates_by_point(|k| b[k], 0, out));
         solution[..s * n].iter_mut().for_each(|m| *m = -*m);
         for (i, m) in solution[..s * n].chunks_exact(n).enumerate() {
-            transposed(m, a, &|out| blocks.balance(system, constraints, (i, 0), out));
+            transposed(m, a, &|out| blocks.balance(system, constraints, i, 0, out));
             x[i].iter_mut().zip(m).for_each(|(x, m)| *x = h * m);
         }
         for (k, zeta) in solution[s * (n + r)..].chunks_exact(m.max(1)).enumerate() {

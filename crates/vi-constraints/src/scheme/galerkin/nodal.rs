@@ -29,7 +29,9 @@ use vi_core::galerkin::Stages;
 use vi_core::interpolation::StepPolynomial;
 use vi_core::interval::Interval;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision};
+use vi_core::newton::{
+    BlockKind, Fault, Newton, NewtonProblem, NewtonSettings, Precision, UnknownBlock,
+};
 use vi_core::predictor::Degree;
 use vi_core::state::State;
 
@@ -59,9 +61,9 @@ impl<O: Sweeps> GalerkinNodal<O> {
     pub fn new(n: usize, stages: Stages, sweeps: O) -> Self {
         let (s, d) = (stages.count(), sweeps.dof());
         let shifted = |j: usize| {
-            let block = move |block: &Block| {
+            let block = move |block: &UnknownBlock| {
                 let range = block.range.start + j * d..block.range.end + j * d;
-                Block { range, ..block.clone() }
+                UnknownBlock { range, ..block.clone() }
             };
             sweeps.blocks().iter().map(block).collect::<Vec<_>>()
         };
@@ -116,7 +118,7 @@ impl<O: Sweeps> GalerkinNodal<O> {
             }
         }
         *corrections += 1;
-        let is_large = |block: &Block| {
+        let is_large = |block: &UnknownBlock| {
             let size = match block.kind {
                 BlockKind::Rotation => 1.0,
                 _ => u[block.range.clone()].iter().fold(block.floor, |size, u| size.max(u.abs())),
@@ -202,7 +204,7 @@ struct SmallerStep<'a, O, S> {
 }
 
 impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.scheme.increments.blocks()
     }
 
@@ -224,7 +226,7 @@ impl<O: Sweeps, S: MechanicalSystem> NewtonProblem for SmallerStep<'_, O, S> {
 }
 
 impl<S: MechanicalSystem, C: Constraints, O: Sweeps> Scheme<S, C> for GalerkinNodal<O> {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.increments.blocks()
     }
 

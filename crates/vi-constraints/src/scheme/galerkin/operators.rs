@@ -3,14 +3,14 @@
 use crate::reparametrization::{DenseNewton, Emission, LastStep, Reparametrization, pull_back};
 use nalgebra::DMatrix;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 
 /// Maps and factorizations at the control points `1 … s` of a step, numbered from 0.
 pub trait ControlPointOperators: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments `u`.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// Writes `s.q1 = F_d(u, s.q0)`, `s.dq` and closes the interval.
     ///
     /// # Errors
@@ -52,7 +52,7 @@ pub trait ControlPointOperators: Send {
 #[derive(Debug)]
 pub struct DenseControlPoints<R> {
     map: R,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     basis: DMatrix<f64>,      // n × d  P(q_n) or ∂F_d/∂u
     newton: Vec<DenseNewton>, // s
 }
@@ -71,7 +71,7 @@ impl<R: Reparametrization> ControlPointOperators for DenseControlPoints<R> {
         self.basis.ncols()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -9,7 +9,7 @@ use crate::galerkin::operators::ControlPointOperators;
 use crate::reparametrization::LastStep;
 use crate::scheme::SubStep;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::sparse::Entries;
 use vi_core::state::{Memory, State};
 
@@ -19,7 +19,7 @@ pub trait Sweeps: Send {
     /// Degrees of freedom `d`.
     fn dof(&self) -> usize;
     /// Units and scales of the increments of one control point.
-    fn blocks(&self) -> &[Block];
+    fn blocks(&self) -> &[UnknownBlock];
     /// See [`vi_core::newton::Precision::noise`].
     fn noise(&self) -> f64 {
         1e-9
@@ -110,7 +110,7 @@ impl<O: ControlPointOperators> Sweeps for Pointwise<O> {
         self.operators.dof()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.operators.blocks()
     }
 

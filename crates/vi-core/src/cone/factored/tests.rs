@@ -107,7 +107,7 @@ fn what_open_contacts_leave_is_corrected() {
     let (mut inverses, mut matrices, mut blocks) = (Vec::new(), Vec::new(), Vec::new());
     let [mut left, mut refined, mut F] = [(); 3].map(|()| vec![0.0; k]);
     let mut u = vec![0.0; laws.r];
-    let mut matrix = Scaled {
+    let mut matrix = ScaledDelassus {
         laws: &mut laws,
         T: &T,
         inverses: &mut inverses,

@@ -140,7 +140,8 @@ impl SeparableSystem {
     #[must_use]
     pub fn first_of_time(
         &self,
-        (places, times): (&[[Vec<f64>; 2]], &[f64]),
+        places: &[[Vec<f64>; 2]],
+        times: &[f64],
         divided: bool,
     ) -> Option<&Source> {
         let value = |force: &dyn DiscreteForce, [q, v]: &[Vec<f64>; 2], t: f64| {

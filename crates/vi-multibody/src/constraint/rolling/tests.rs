@@ -9,7 +9,7 @@ use vi_testkit::Sample;
 fn examples() -> Vec<ScalarConstraint> {
     let plane = |spin| {
         let axes = rotation::exp(&Vector3::new(0.2, -0.1, 0.4));
-        Plane { origin: Vector3::new(0.3, -0.2, 0.1), axes, spin }
+        RolledPlane { origin: Vector3::new(0.3, -0.2, 0.1), axes, spin }
     };
     let axis = Vector3::new(0.6, 0.0, 0.8);
     let of = |axis, circle, section, spin| Rolling {
@@ -183,7 +183,7 @@ fn the_step_is_symmetric_and_of_second_order() {
 /// An upright wheel goes straight: `Δx = R Δθ` exactly, however large the step.
 #[test]
 fn straight_rolling_is_exact() {
-    let plane = Plane { origin: Vector3::zeros(), axes: Matrix3::identity(), spin: 0.0 };
+    let plane = RolledPlane { origin: Vector3::zeros(), axes: Matrix3::identity(), spin: 0.0 };
     let (axis, radius) = (Vector3::y(), 0.3);
     let rolling = Rolling { frame: 0, axis: Some(axis), circle: radius, section: 0.0, plane };
     let constraint = ScalarConstraint::rolling("wheel", rolling);

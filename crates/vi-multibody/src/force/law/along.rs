@@ -5,7 +5,7 @@ use super::{Input, LawForce};
 use vi_core::configuration::Configuration;
 use vi_core::coordinate_force::SignedUnknown;
 use vi_core::interval::{Interval, Slot};
-use vi_core::quantity_effort::{Quantity, QuantityEffort};
+use vi_core::quantity_effort::{QuantityEffort, StepQuantity};
 
 impl LawForce {
     /// The unknown along which it acts.
@@ -27,14 +27,16 @@ impl QuantityEffort for LawForce {
         self.reading.inputs.len()
     }
 
-    fn quantity(&self, j: usize) -> Quantity {
+    fn quantity(&self, j: usize) -> StepQuantity {
         match &self.reading.inputs[j] {
-            Input::Time | Input::Held(_) | Input::Past(_) => Quantity::Fixed,
+            Input::Time | Input::Held(_) | Input::Past(_) => StepQuantity::Fixed,
             Input::Coordinate(own) => {
-                own.unknown().map_or(Quantity::Configuration, Quantity::Coordinate)
+                own.unknown().map_or(StepQuantity::Configuration, StepQuantity::Coordinate)
             }
-            Input::Rate(own) => own.unknown().map_or(Quantity::Configuration, Quantity::Rate),
-            _ => Quantity::Configuration,
+            Input::Rate(own) => {
+                own.unknown().map_or(StepQuantity::Configuration, StepQuantity::Rate)
+            }
+            _ => StepQuantity::Configuration,
         }
     }
 

@@ -10,7 +10,7 @@
 //! Source: Hairer, Lubich & Wanner 2006, II.1.4.
 #![allow(non_snake_case)] // A
 
-use super::evaluation::{ITERATIONS, ROUND_OFF, Reading};
+use super::evaluation::{ITERATIONS, ROUND_OFF, ReadingLaw};
 use nalgebra::DMatrix;
 use vi_core::galerkin::{GaussLobatto, GaussPoint};
 use vi_core::interval::Interval;
@@ -51,7 +51,7 @@ impl Collocation {
     /// States at the Gauss nodes, in their internal variables, and at the `end` of the step.
     pub(super) fn find(
         &mut self,
-        reading: &Reading,
+        reading: &ReadingLaw,
         s: &Interval,
         constants: &GaussLobatto,
         gauss: &mut [GaussPoint],
@@ -84,7 +84,7 @@ impl Collocation {
     }
 
     /// Newton's method from the states at hand; whether it has come to rest.
-    fn solve(&mut self, reading: &Reading, A: &DMatrix<f64>, h: f64) -> bool {
+    fn solve(&mut self, reading: &ReadingLaw, A: &DMatrix<f64>, h: f64) -> bool {
         let Self { y, start, z, values, slopes, last, matrix, lu, change } = self;
         let (s, m, inputs) = (y.len(), start.len(), reading.inputs.len());
         let Some(lu) = lu else { return false };

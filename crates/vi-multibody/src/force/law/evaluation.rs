@@ -1,7 +1,7 @@
 //! A law evaluated in a step and at a node, its states eliminated.
 
 use super::input::Input;
-use crate::force::bends::Evaluated;
+use crate::force::bends::LawEvaluation;
 use crate::geometry::six_coordinates::{SixChange, SixCoordinates};
 use nalgebra::{DMatrix, DMatrixView};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -49,7 +49,7 @@ pub trait Law: Send + Sync {
 }
 
 /// A law with what it reads.
-pub struct Reading {
+pub struct ReadingLaw {
     /// The law.
     pub law: Arc<dyn Law>,
     /// `y`.
@@ -61,10 +61,10 @@ pub struct Reading {
     /// What they are at the start, and where they are not listed.
     pub start: Arc<[f64]>,
     six: Option<SixCoordinates>, // of which inputs are parts
-    work: Mutex<Work>,
+    work: Mutex<EvaluationScratch>,
 }
 
-impl Clone for Reading {
+impl Clone for ReadingLaw {
     fn clone(&self) -> Self {
         let (law, inputs) = (self.law.clone(), self.inputs.clone());
         let (first, start, six) = (self.first, self.start.clone(), self.six.clone());
@@ -72,7 +72,7 @@ impl Clone for Reading {
     }
 }
 
-impl std::fmt::Debug for Reading {
+impl std::fmt::Debug for ReadingLaw {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { inputs, states, .. } = self;
         let mut shown = f.debug_struct("Reading");
@@ -82,7 +82,7 @@ impl std::fmt::Debug for Reading {
 
 /// Numbers of an evaluation.
 #[derive(Debug)]
-pub(in crate::force) struct Work {
+pub(in crate::force) struct EvaluationScratch {
     efforts: usize,
     y: Vec<f64>,
     start: Vec<f64>, // z_n
@@ -95,7 +95,7 @@ pub(in crate::force) struct Work {
     change: Vec<f64>,
 }
 
-impl Work {
+impl EvaluationScratch {
     /// `τ`.
     pub(in crate::force) fn efforts(&self) -> &[f64] {
         &self.values[..self.efforts]
@@ -207,12 +207,12 @@ impl Work {
     }
 }
 
-impl Reading {
+impl ReadingLaw {
     /// A law of these inputs and states, all of them among the internal variables of signals.
     #[must_use]
     pub fn new(law: Arc<dyn Law>, inputs: Vec<Input>, states: Vec<usize>) -> Self {
         let (efforts, n, m) = (law.efforts(), states.len(), inputs.len());
-        let work = Work {
+        let work = EvaluationScratch {
             efforts,
             y: vec![0.0; m],
             start: vec![0.0; n],
@@ -244,7 +244,7 @@ impl Reading {
         !self.states.is_empty() && internal.len() < self.first + self.start.len()
     }
 
-    fn lock(&self) -> std::sync::MutexGuard<'_, Work> {
+    fn lock(&self) -> std::sync::MutexGuard<'_, EvaluationScratch> {
         self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -254,7 +254,7 @@ impl Reading {
         }
     }
 
-    fn read_step(&self, s: &Interval, work: &mut Work) {
+    fn read_step(&self, s: &Interval, work: &mut EvaluationScratch) {
         let held = self.own(&s.internal);
         let six = self.six.as_ref().map(|six| six.change(s));
         for (y, input) in work.y.iter_mut().zip(&self.inputs) {
@@ -279,7 +279,7 @@ impl Reading {
         }
     }
 
-    fn read_node(&self, at: Motion<'_>, work: &mut Work) {
+    fn read_node(&self, at: Motion<'_>, work: &mut EvaluationScratch) {
         let held = self.own(at.internal);
         self.read_inputs_at(at, held, &mut work.y);
         self.take_states(held, &mut work.z);
@@ -322,7 +322,11 @@ impl Reading {
 
     /// With the law and its second derivatives where `work` has its slopes; not where it has
     /// states.
-    pub(in crate::force) fn with_bends(&self, work: &Work, then: impl FnOnce(&Evaluated<'_>)) {
+    pub(in crate::force) fn with_bends(
+        &self,
+        work: &EvaluationScratch,
+        then: impl FnOnce(&LawEvaluation<'_>),
+    ) {
         if !self.states.is_empty() {
             return;
         }
@@ -330,7 +334,7 @@ impl Reading {
             self.law.bend(&work.y, along, w, out);
         };
         let (values, efforts) = (&work.y[..], work.efforts());
-        then(&Evaluated { values, efforts, slopes: &work.slopes, bend: &bend });
+        then(&LawEvaluation { values, efforts, slopes: &work.slopes, bend: &bend });
     }
 
     /// Whether something of it is no function of a node: states of signals, what is held or past.
@@ -344,7 +348,7 @@ impl Reading {
     pub(in crate::force) fn with_values_in_step<T>(
         &self,
         s: &Interval,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
@@ -357,7 +361,7 @@ impl Reading {
         &self,
         y: &[f64],
         s: &Interval,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.take(y, s, work);
@@ -369,7 +373,7 @@ impl Reading {
     pub(in crate::force) fn with_slopes_in_step<T>(
         &self,
         s: &Interval,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.read_step(s, work);
@@ -495,7 +499,7 @@ impl Reading {
         &self,
         y: &[f64],
         s: &Interval,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.take(y, s, work);
@@ -504,12 +508,12 @@ impl Reading {
     }
 
     /// Inputs that are known, and `z_n`.
-    fn take(&self, y: &[f64], s: &Interval, work: &mut Work) {
+    fn take(&self, y: &[f64], s: &Interval, work: &mut EvaluationScratch) {
         work.y.copy_from_slice(y);
         self.take_states(self.own(&s.internal), &mut work.start);
     }
 
-    fn evaluate(&self, h: f64, work: &mut Work) {
+    fn evaluate(&self, h: f64, work: &mut EvaluationScratch) {
         if self.states.is_empty() {
             self.law.evaluate(&work.y, &[], &mut work.values);
         } else {
@@ -517,7 +521,7 @@ impl Reading {
         }
     }
 
-    fn differentiate(&self, h: f64, work: &mut Work) {
+    fn differentiate(&self, h: f64, work: &mut EvaluationScratch) {
         if self.states.is_empty() {
             self.law.gradient(&work.y, &[], &mut work.values, &mut work.slopes);
         } else {
@@ -530,7 +534,7 @@ impl Reading {
     pub(in crate::force) fn with_values_at_node<T>(
         &self,
         at: Motion<'_>,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.read_node(at, work);
@@ -546,7 +550,7 @@ impl Reading {
     pub(in crate::force) fn with_slopes_at_node<T>(
         &self,
         at: Motion<'_>,
-        then: impl FnOnce(&Work) -> T,
+        then: impl FnOnce(&EvaluationScratch) -> T,
     ) -> T {
         let work = &mut *self.lock();
         self.read_node(at, work);

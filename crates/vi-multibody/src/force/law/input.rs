@@ -54,7 +54,7 @@ pub enum Input {
     /// A value of the past.
     Past(Past),
     /// One of the coordinates of the bushing that reads it (0 to 5), or of their rates (6 to 11):
-    /// [`Reading::of_bushing`](super::Reading::of_bushing) has them all at once.
+    /// [`ReadingLaw::of_bushing`](super::ReadingLaw::of_bushing) has them all at once.
     Six(usize),
 }
 
@@ -109,13 +109,13 @@ impl Past {
 }
 
 /// The direction of a length, its rate and the rate of the direction.
-struct Line {
+struct LengthLine {
     along: Vector3<f64>,
     rate: f64,
     turning: Vector3<f64>,
 }
 
-impl Line {
+impl LengthLine {
     fn of(form: &Form, q: &[f64], v: &[f64]) -> Self {
         let (d, velocity) = (form.at(q), form.rate(v));
         let length = d.norm();
@@ -305,7 +305,7 @@ impl Input {
             Self::Point(form, axis) => form.at(&s.q_mid)[*axis],
             Self::PointRate(form, axis) => form.rate(&s.v_mid)[*axis],
             Self::Length(form) => form.at(&s.q_mid).norm(),
-            Self::LengthRate(form) => Line::of(form, &s.q_mid, &s.v_mid).rate,
+            Self::LengthRate(form) => LengthLine::of(form, &s.q_mid, &s.v_mid).rate,
             Self::Spin(offset, axis) => spin_in_step(s, *offset)[*axis],
             Self::RelativeSpin { of, base, along } => {
                 along.at(&s.q_mid).dot(&(spin_in_step(s, *of) - spin_in_step(s, *base)))
@@ -327,11 +327,11 @@ impl Input {
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 0.5), visit),
             Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, by_rate), visit),
             Self::Length(form) => {
-                let along = Line::of(form, &s.q_mid, &s.v_mid).along;
+                let along = LengthLine::of(form, &s.q_mid, &s.v_mid).along;
                 form.for_each_slope(&(0.5 * along), visit);
             }
             Self::LengthRate(form) => {
-                let Line { along, turning, .. } = Line::of(form, &s.q_mid, &s.v_mid);
+                let LengthLine { along, turning, .. } = LengthLine::of(form, &s.q_mid, &s.v_mid);
                 form.for_each_slope(&(by_rate * along + 0.5 * turning), visit);
             }
             Self::Spin(offset, axis) => {
@@ -357,7 +357,7 @@ impl Input {
             Self::Point(form, axis) => form.at(at.q)[*axis],
             Self::PointRate(form, axis) => form.rate(at.v)[*axis],
             Self::Length(form) => form.at(at.q).norm(),
-            Self::LengthRate(form) => Line::of(form, at.q, at.v).rate,
+            Self::LengthRate(form) => LengthLine::of(form, at.q, at.v).rate,
             Self::Spin(offset, axis) => spin_at_node(at.q, at.v, *offset)[*axis],
             Self::RelativeSpin { of, base, along } => {
                 let w = spin_at_node(at.q, at.v, *of) - spin_at_node(at.q, at.v, *base);
@@ -381,9 +381,9 @@ impl Input {
             Self::Coordinate(own) => own.for_each_slope(q, visit),
             Self::Rate(own) => own.for_each_bend(q, v, 1.0, visit),
             Self::Point(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
-            Self::Length(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
+            Self::Length(form) => form.for_each_slope(&LengthLine::of(form, q, v).along, visit),
             Self::LengthRate(form) => {
-                form.for_each_slope(&Line::of(form, q, v).turning, visit);
+                form.for_each_slope(&LengthLine::of(form, q, v).turning, visit);
             }
             Self::Spin(offset, axis) => {
                 for_each_spin_slope_by_position(v, *offset, &unit(*axis, 1.0), visit);
@@ -504,7 +504,7 @@ impl Input {
         match self {
             Self::Rate(own) => own.for_each_slope(q, visit),
             Self::PointRate(form, axis) => form.for_each_slope(&unit(*axis, 1.0), visit),
-            Self::LengthRate(form) => form.for_each_slope(&Line::of(form, q, v).along, visit),
+            Self::LengthRate(form) => form.for_each_slope(&LengthLine::of(form, q, v).along, visit),
             Self::Spin(offset, axis) => {
                 for_each_spin_slope_by_velocity(q, *offset, &unit(*axis, 1.0), visit);
             }

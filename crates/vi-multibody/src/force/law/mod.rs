@@ -24,7 +24,7 @@ mod target;
 mod turning;
 pub mod velocity;
 
-pub use evaluation::{Law, Reading};
+pub use evaluation::{Law, ReadingLaw};
 pub use input::{Input, Past};
 pub use relative::RelativeWrench;
 pub use sampling::{ByParameters, Change, SampledChange, Seed};
@@ -32,8 +32,8 @@ pub use signals::{Sampler, SignalStates};
 pub use target::Target;
 pub use velocity::LawOfRates;
 
-use evaluation::Work;
-use place::Place;
+use evaluation::EvaluationScratch;
+use place::EffortAxes;
 use vi_core::Motion;
 use vi_core::force::{DiscreteForce, Force, LengthBends, NoTimeSlope, seen_velocity};
 use vi_core::interval::{Interval, Slot, StepChange};
@@ -46,7 +46,7 @@ pub struct LawForce {
     /// What it acts on.
     pub target: Target,
     /// What it reads, and how its efforts follow.
-    pub reading: Reading,
+    pub reading: ReadingLaw,
 }
 
 impl LawForce {
@@ -65,7 +65,8 @@ impl LawForce {
     pub fn add_effort_slopes(
         &self,
         at: Motion<'_>,
-        (k, scale): (usize, f64),
+        k: usize,
+        scale: f64,
         [q, of_v, of_z]: [&mut [f64]; 3],
     ) {
         self.reading.with_slopes_at_node(at, |work| {
@@ -81,22 +82,24 @@ impl LawForce {
     pub fn add_effort_bends(
         &self,
         at: Motion<'_>,
-        effort: (usize, f64),
+        effort: usize,
+        scale: f64,
         changes: [&[f64]; 2],
         out: [&mut [f64]; 2],
     ) {
         self.reading.with_slopes_at_node(at, |work| {
             let (place, inputs) = ([at.q, at.v], &self.reading.inputs[..]);
-            self.reading.with_bends(work, |law| law.add(inputs, place, effort, changes, out));
+            self.reading
+                .with_bends(work, |law| law.add(inputs, place, effort, scale, changes, out));
         });
     }
 
     /// Emits `scale Σ_k e_k (dτ_k/dy ∂y)ᵀ`, where `each` visits `∂y` of an input.
     fn emit_slopes(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         scale: f64,
-        work: &Work,
+        work: &EvaluationScratch,
         each: impl Fn(&Input, &mut dyn FnMut(usize, f64)),
         out: &mut dyn Entries,
     ) {
@@ -113,7 +116,7 @@ impl LawForce {
     /// Emits `scale ∂f/∂q` at a node.
     fn emit_position_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         self.reading.with_slopes_at_node(at, |work| {
-            let place = Place::node(at.q);
+            let place = EffortAxes::node(at.q);
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
                 input.for_each_slope_by_position(at.q, at.v, visit);
             };
@@ -149,19 +152,19 @@ impl LengthBends for LawForce {
 impl DiscreteForce for LawForce {
     fn add_minus(&self, s: &Interval, out: &mut [f64]) {
         self.reading.with_values_in_step(s, |work| {
-            self.target.add(Place::end_of(s, Slot::First), 0.5 * s.h, work.efforts(), out);
+            self.target.add(EffortAxes::end_of(s, Slot::First), 0.5 * s.h, work.efforts(), out);
         });
     }
 
     fn add_plus(&self, s: &Interval, out: &mut [f64]) {
         self.reading.with_values_in_step(s, |work| {
-            self.target.add(Place::end_of(s, Slot::Second), 0.5 * s.h, work.efforts(), out);
+            self.target.add(EffortAxes::end_of(s, Slot::Second), 0.5 * s.h, work.efforts(), out);
         });
     }
 
     fn add_slope(&self, s: &Interval, of: Slot, by: Slot, out: &mut dyn Entries) {
         self.reading.with_slopes_in_step(s, |work| {
-            let (at, scale) = (Place::end_of(s, of), 0.5 * s.h);
+            let (at, scale) = (EffortAxes::end_of(s, of), 0.5 * s.h);
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
                 input.for_each_slope(s, by, visit);
             };
@@ -189,7 +192,7 @@ impl DiscreteForce for LawForce {
     }
 
     fn add_internal_slope(&self, s: &Interval, of: Slot, out: &mut dyn Entries) {
-        let at = Place::end_of(s, of);
+        let at = EffortAxes::end_of(s, of);
         self.reading.for_each_internal(s, &mut |variable, slopes| {
             for (k, slope) in slopes.iter().enumerate() {
                 self.target.for_each_direction(at, k, &mut |row, along| {
@@ -207,7 +210,7 @@ impl DiscreteForce for LawForce {
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         self.reading.with_step_slopes(s, change, |efforts| {
-            self.target.add(Place::end_of(s, of), 1.0, efforts, out);
+            self.target.add(EffortAxes::end_of(s, of), 1.0, efforts, out);
         })
     }
 
@@ -218,13 +221,13 @@ impl DiscreteForce for LawForce {
         out: &mut [f64],
     ) -> Result<(), NoTimeSlope> {
         self.reading.with_time_slopes(at, scale, |efforts| {
-            self.target.add(Place::node(at.q), 1.0, efforts, out);
+            self.target.add(EffortAxes::node(at.q), 1.0, efforts, out);
         })
     }
 
     fn add_continuous(&self, at: Motion<'_>, out: &mut [f64]) {
         self.reading.with_values_at_node(at, |work| {
-            self.target.add(Place::node(at.q), 1.0, work.efforts(), out);
+            self.target.add(EffortAxes::node(at.q), 1.0, work.efforts(), out);
         });
     }
 
@@ -232,7 +235,7 @@ impl DiscreteForce for LawForce {
         scratch.fill(0.0);
         self.reading.with_values_in_step(s, |work| {
             for end in Slot::BOTH {
-                self.target.add(Place::end_of(s, end), 0.5 * s.h, work.efforts(), scratch);
+                self.target.add(EffortAxes::end_of(s, end), 0.5 * s.h, work.efforts(), scratch);
             }
         });
         scratch.iter().zip(&s.v_mid).map(|(f, v)| f * v).sum()
@@ -256,14 +259,14 @@ impl DiscreteForce for LawForce {
             let each = |input: &Input, visit: &mut dyn FnMut(usize, f64)| {
                 input.for_each_slope_by_velocity(at.q, at.v, visit);
             };
-            self.emit_slopes(Place::node(at.q), scale, work, each, out);
+            self.emit_slopes(EffortAxes::node(at.q), scale, work, each, out);
         });
     }
 
     fn add_state_slopes(&self, at: Motion<'_>, scale: f64, out: &mut dyn Entries) {
         self.reading.for_each_internal_at_node(at, &mut |variable, slopes| {
             for (k, slope) in slopes.iter().enumerate() {
-                self.target.for_each_direction(Place::node(at.q), k, &mut |row, along| {
+                self.target.for_each_direction(EffortAxes::node(at.q), k, &mut |row, along| {
                     out.add(row, variable, scale * along * slope);
                 });
             }
@@ -283,7 +286,7 @@ impl DiscreteForce for LawForce {
 impl Force for LawForce {
     fn add(&self, Motion { t, q, v, .. }: Motion<'_>, scale: f64, out: &mut [f64]) {
         self.reading.with_values_at_node(Motion::new(t, q, v), |work| {
-            self.target.add(Place::node(q), scale, work.efforts(), out);
+            self.target.add(EffortAxes::node(q), scale, work.efforts(), out);
         });
     }
 

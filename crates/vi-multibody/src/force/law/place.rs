@@ -4,14 +4,14 @@ use vi_core::interval::{Interval, Slot};
 
 /// Where the directions of efforts are taken.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place<'a> {
+pub(super) struct EffortAxes<'a> {
     /// Of levers and gradients.
     pub(super) own: &'a [f64],
     /// Of directions that turn with a member or a line.
     pub(super) mid: &'a [f64],
 }
 
-impl<'a> Place<'a> {
+impl<'a> EffortAxes<'a> {
     pub(super) fn end_of(s: &'a Interval, end: Slot) -> Self {
         Self { own: s.node(end), mid: &s.q_mid }
     }

@@ -11,7 +11,7 @@
 //! Source: Marsden & West 2001, §3.2, for momentum maps with forces.
 #![allow(non_snake_case)] // F, T, Y
 
-use super::place::Place;
+use super::place::EffortAxes;
 use crate::force::acts_on::ActsOn;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use vi_core::sparse::Entries;
@@ -28,7 +28,7 @@ pub struct RelativeWrench {
 }
 
 /// `∂(coordinates)/∂(F, T)`.
-type Columns = SMatrix<f64, FRAME, 6>;
+type WrenchColumns = SMatrix<f64, FRAME, 6>;
 
 impl RelativeWrench {
     /// Along whose axes the components are.
@@ -40,18 +40,18 @@ impl RelativeWrench {
     }
 
     /// `F` and `T`.
-    fn spatial(&self, at: Place<'_>, wrench: [f64; 6]) -> [Vector3<f64>; 2] {
+    fn spatial(&self, at: EffortAxes<'_>, wrench: [f64; 6]) -> [Vector3<f64>; 2] {
         let carrier = self.carrier();
         carrier.spatial(wrench, &carrier.own(at.mid))
     }
 
     /// `ρ`.
-    fn lever(&self, at: Place<'_>) -> Vector3<f64> {
+    fn lever(&self, at: EffortAxes<'_>) -> Vector3<f64> {
         self.on.point(&self.on.own(at.own)) - self.base.point(&self.base.own(at.own))
     }
 
     /// Of both members.
-    fn columns(&self, at: Place<'_>) -> [Columns; 2] {
+    fn columns(&self, at: EffortAxes<'_>) -> [WrenchColumns; 2] {
         let rho = self.lever(at).cross_matrix();
         let of_base = self.base.columns(&self.base.own(at.own));
         let mut opposite = -of_base;
@@ -61,7 +61,7 @@ impl RelativeWrench {
     }
 
     /// `out ← out + scale Σ_k effort_k direction_k`.
-    pub(super) fn add(&self, at: Place<'_>, scale: f64, wrench: [f64; 6], out: &mut [f64]) {
+    pub(super) fn add(&self, at: EffortAxes<'_>, scale: f64, wrench: [f64; 6], out: &mut [f64]) {
         let [F, T] = self.spatial(at, wrench);
         self.on.add_wrench(scale, [F, T], &self.on.own(at.own), out);
         let opposite = [-F, -(T + self.lever(at).cross(&F))];
@@ -71,7 +71,7 @@ impl RelativeWrench {
     /// The entries of the direction of the effort `k`.
     pub(super) fn for_each_direction(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         k: usize,
         visit: &mut dyn FnMut(usize, f64),
     ) {
@@ -88,8 +88,9 @@ impl RelativeWrench {
     /// Emits `scale Σ_k effort_k ∂direction_k/∂q`, as [`super::Target::emit_turning`].
     pub(super) fn emit_turning(
         &self,
-        at: Place<'_>,
-        (share, follows): (f64, bool),
+        at: EffortAxes<'_>,
+        share: f64,
+        follows: bool,
         scale: f64,
         wrench: [f64; 6],
         out: &mut dyn Entries,

@@ -1,7 +1,7 @@
 //! The states and held values of signals.
 
 use super::collocation::Collocation;
-use super::evaluation::Reading;
+use super::evaluation::ReadingLaw;
 use super::input::Input;
 use super::sampling::{ByParameters, Change, Seed};
 use nalgebra::DMatrix;
@@ -41,7 +41,7 @@ pub trait Sampler: Send + Sync {
 /// All states and held values of the signals of a model.
 pub struct SignalStates {
     /// The rates of all continuous states.
-    pub reading: Reading,
+    pub reading: ReadingLaw,
     /// What happens at nodes.
     pub sampler: Arc<dyn Sampler>,
     collocation: Mutex<Collocation>, // scratch
@@ -56,7 +56,7 @@ impl Clone for SignalStates {
 impl SignalStates {
     /// Of the rates of all continuous states, and of what happens at nodes.
     #[must_use]
-    pub fn new(reading: Reading, sampler: Arc<dyn Sampler>) -> Self {
+    pub fn new(reading: ReadingLaw, sampler: Arc<dyn Sampler>) -> Self {
         Self { reading, sampler, collocation: Mutex::default() }
     }
 
@@ -167,7 +167,7 @@ impl Signals for SignalStates {
     }
 
     fn advance_slope(&self, s: &Interval, by: Slot, out: &mut dyn Entries) {
-        let Reading { states, inputs, .. } = &self.reading;
+        let ReadingLaw { states, inputs, .. } = &self.reading;
         if states.is_empty() {
             return;
         }
@@ -219,7 +219,7 @@ impl Signals for SignalStates {
     }
 
     fn rates(&self, at: Motion<'_>) -> StateRates {
-        let Reading { inputs, states, first, .. } = &self.reading;
+        let ReadingLaw { inputs, states, first, .. } = &self.reading;
         let (m, n) = (states.len(), at.q.len());
         self.reading.with_slopes_at_node(at, |work| {
             let (rates, slopes) = work.rates();

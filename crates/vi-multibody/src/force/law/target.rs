@@ -7,7 +7,7 @@
 //! ```
 
 use super::input::Input;
-use super::place::Place;
+use super::place::EffortAxes;
 use super::relative::RelativeWrench;
 use super::turning::{Turning, ends};
 use crate::constraint::joint_coordinate::JointCoordinate;
@@ -50,7 +50,7 @@ impl Target {
     }
 
     /// `out ← out + scale Σ_k effort_k direction_k`.
-    pub(super) fn add(&self, at: Place<'_>, scale: f64, efforts: &[f64], out: &mut [f64]) {
+    pub(super) fn add(&self, at: EffortAxes<'_>, scale: f64, efforts: &[f64], out: &mut [f64]) {
         match self {
             Self::Coordinate(own) => own.add_gradient(at.own, scale * efforts[0], out),
             Self::Points(form) => {
@@ -71,7 +71,7 @@ impl Target {
     /// The entries of `direction_k`, always in the same order.
     pub(super) fn for_each_direction(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         k: usize,
         visit: &mut dyn FnMut(usize, f64),
     ) {
@@ -101,7 +101,7 @@ impl Target {
     /// those of `own` by δq where they `follow`.
     pub(super) fn emit_turning(
         &self,
-        at: Place<'_>,
+        at: EffortAxes<'_>,
         (share, follows): (f64, bool),
         scale: f64,
         efforts: &[f64],
@@ -132,7 +132,7 @@ impl Target {
             }
             Self::Relative(own) => {
                 let wrench = std::array::from_fn(|k| efforts[k]);
-                own.emit_turning(at, (share, follows), scale, wrench, out);
+                own.emit_turning(at, share, follows, scale, wrench, out);
             }
         }
     }
@@ -142,8 +142,9 @@ impl Target {
     /// `out ← out + scale ∂_i Σ_k τ_k a_k`, shape `n`.
     fn add_slope_along(
         &self,
-        ends: &[(Place<'_>, &[f64], (f64, bool))],
-        (efforts, scale): (&[f64], f64),
+        ends: &[(EffortAxes<'_>, &[f64], (f64, bool))],
+        efforts: &[f64],
+        scale: f64,
         out: &mut [f64],
     ) {
         for (place, y, turns) in ends {
@@ -167,7 +168,7 @@ impl Pushes for Target {
         let mut unit = [0.0; 6];
         unit[k] = 1.0;
         let mut slope = vec![0.0; y[0].len()];
-        self.add_slope_along(&ends(at, y, group), (&unit, 1.0), &mut slope);
+        self.add_slope_along(&ends(at, y, group), &unit, 1.0, &mut slope);
         slope
     }
 

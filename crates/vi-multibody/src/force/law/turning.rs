@@ -11,7 +11,7 @@
 //! by `f`, 0 or 1, and what is at the middle by `s`.
 #![allow(non_snake_case)] // F, T
 
-use super::place::Place;
+use super::place::EffortAxes;
 use crate::force::acts_on::ActsOn;
 use crate::force::bends::Between;
 use nalgebra::{SMatrix, Vector3};
@@ -20,7 +20,7 @@ use vi_core::sparse::Entries;
 use vi_rigid::directors::FRAME;
 
 /// By the coordinates of a member, columns.
-struct Slopes<'a> {
+struct MemberSlopes<'a> {
     member: &'a ActsOn,
     kappa: SMatrix<f64, 3, FRAME>,
     gamma: SMatrix<f64, 3, FRAME>,
@@ -47,14 +47,14 @@ pub(super) fn ends<'a>(
     at: Between<'a>,
     y: [&'a [f64]; 2],
     group: usize,
-) -> Vec<(Place<'a>, &'a [f64], (f64, bool))> {
+) -> Vec<(EffortAxes<'a>, &'a [f64], (f64, bool))> {
     match at {
         Between::Ends(s) => Slot::BOTH
             .into_iter()
             .enumerate()
-            .map(|(end, slot)| (Place::end_of(s, slot), y[end], (0.5, end == group)))
+            .map(|(end, slot)| (EffortAxes::end_of(s, slot), y[end], (0.5, end == group)))
             .collect(),
-        Between::Node { q, .. } if group == 0 => vec![(Place::node(q), y[0], (1.0, true))],
+        Between::Node { q, .. } if group == 0 => vec![(EffortAxes::node(q), y[0], (1.0, true))],
         Between::Node { .. } => Vec::new(),
     }
 }
@@ -72,7 +72,7 @@ pub(super) struct Turning<'a> {
 }
 
 impl Turning<'_> {
-    fn slopes<'a>(&self, member: &'a ActsOn, y: &[f64], is_base: bool) -> Slopes<'a> {
+    fn slopes<'a>(&self, member: &'a ActsOn, y: &[f64], is_base: bool) -> MemberSlopes<'a> {
         let levers = levers(member, &member.own(y));
         let mut rho = SMatrix::zeros();
         member.point_rows(if is_base { -1.0 } else { 1.0 }, 0, &mut rho);
@@ -82,7 +82,7 @@ impl Turning<'_> {
             true => self.carrier.turned_axes(&self.efforts, 1.0),
             false => SMatrix::zeros(),
         };
-        Slopes { member, kappa, gamma, rho, wrench }
+        MemberSlopes { member, kappa, gamma, rho, wrench }
     }
 
     /// Emits `scale ∂_i∂_j (y·a)` of two groups of coordinates.
@@ -101,15 +101,16 @@ impl Turning<'_> {
         for (end, (place, y, (share, follows))) in ends(at, y, i).into_iter().enumerate() {
             let of_row = (f64::from(u8::from(follows)), share);
             let of_column = (f64::from(u8::from(is_node || end == j)), at.parts(j)[0]);
-            self.emit_at(place, (y, scale), [of_row, of_column], out);
+            self.emit_at(place, y, scale, [of_row, of_column], out);
         }
     }
 
     /// Emits `scale ∂_r∂_c (y·a)` of an end; `moved`: `(f, s)` of rows and columns.
     fn emit_at(
         &self,
-        at: Place<'_>,
-        (y, scale): (&[f64], f64),
+        at: EffortAxes<'_>,
+        y: &[f64],
+        scale: f64,
         moved: [(f64, f64); 2],
         out: &mut dyn Entries,
     ) {
@@ -121,11 +122,11 @@ impl Turning<'_> {
             rho = self.on.point(&self.on.own(at.own)) - base.point(&own);
         }
         let of_base = self.base.map(|base| self.slopes(base, y, true));
-        let all: Vec<Slopes<'_>> =
+        let all: Vec<MemberSlopes<'_>> =
             [self.slopes(self.on, y, false)].into_iter().chain(of_base).collect();
         let is_relative = self.base.is_some();
         // κ_r·T_c − γ_r·(ρ×F_c) − γ·(ρ_r×F_c), and −γ_r·(ρ_c×F)
-        let mixed = |(r, i): (&Slopes<'_>, usize), (c, j): (&Slopes<'_>, usize)| {
+        let mixed = |(r, i): (&MemberSlopes<'_>, usize), (c, j): (&MemberSlopes<'_>, usize)| {
             let turned = c.wrench.column(j);
             let [F_c, T_c] = [0, 3].map(|k| turned.fixed_rows::<3>(k).into_owned());
             let own = r.kappa.column(i).dot(&T_c);
@@ -134,7 +135,7 @@ impl Turning<'_> {
             }
             own - r.gamma.column(i).dot(&rho.cross(&F_c)) - gamma.dot(&r.rho.column(i).cross(&F_c))
         };
-        let both = |(r, i): (&Slopes<'_>, usize), (c, j): (&Slopes<'_>, usize)| {
+        let both = |(r, i): (&MemberSlopes<'_>, usize), (c, j): (&MemberSlopes<'_>, usize)| {
             if is_relative { -r.gamma.column(i).dot(&c.rho.column(j).cross(&F)) } else { 0.0 }
         };
         let [(f_r, s_r), (f_c, s_c)] = moved;
@@ -183,7 +184,7 @@ mod tests {
                 q[column] += by;
                 moved.q_mid[column] += 0.5 * by;
                 for (end, slot) in Slot::BOTH.into_iter().enumerate() {
-                    let place = Place::end_of(&moved, slot);
+                    let place = EffortAxes::end_of(&moved, slot);
                     let into = &mut Product { v: y[end], out: &mut row };
                     let scale = 0.5 * by;
                     let mut along = Block { into, row: 0, column: 0, scale, transposed: true };

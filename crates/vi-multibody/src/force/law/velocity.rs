@@ -9,7 +9,7 @@
 //!
 //! Source: J. Cortés, S. Martínez, Nonlinearity 14 (2001) 1365.
 
-use super::evaluation::Reading;
+use super::evaluation::ReadingLaw;
 use super::input::Input;
 use crate::constraint::joint_coordinate::JointCoordinate;
 use crate::constraint::velocity_constraint::{Pace, VelocityConstraint, WrenchVisitor};
@@ -25,7 +25,7 @@ pub struct LawOfRates {
     /// The quantities whose rates are weighed.
     pub paces: Vec<Pace>,
     /// Its efforts are `c_k`, then `b`; its inputs are the time, coordinates and points.
-    pub reading: Reading,
+    pub reading: ReadingLaw,
     /// Whether `b` may be other than zero.
     pub is_driven: bool,
 }
@@ -51,12 +51,12 @@ impl LawOfRates {
 }
 
 /// The entries of a row that are summed with a vector.
-struct Along<'a> {
+struct RowTimesVector<'a> {
     v: &'a [f64],
     sum: f64,
 }
 
-impl Along<'_> {
+impl RowTimesVector<'_> {
     fn add(&mut self, i: usize, slope: f64) {
         self.sum += slope * self.v[i];
     }
@@ -92,7 +92,7 @@ impl VelocityConstraint for LawOfRates {
     fn second(&self, q: &[f64], v: &[f64], w: &[f64]) -> f64 {
         self.reading.with_slopes_at_node(Motion::new(0.0, q, q), |work| {
             let term = |(k, pace): (usize, &Pace)| {
-                let mut along = Along { v, sum: 0.0 };
+                let mut along = RowTimesVector { v, sum: 0.0 };
                 self.for_each_slope(q, |j| work.slope(k, j), |i, slope| along.add(i, slope));
                 work.efforts()[k] * pace.second(q, v, w) + along.sum * pace.rate(q, w)
             };
@@ -123,7 +123,7 @@ impl VelocityConstraint for LawOfRates {
     fn rate_change(&self, at: Motion<'_>) -> f64 {
         let row = self.rate_row();
         self.reading.with_slopes_at_node(at, |work| {
-            let mut along = Along { v: at.v, sum: 0.0 };
+            let mut along = RowTimesVector { v: at.v, sum: 0.0 };
             self.for_each_slope(at.q, |j| work.slope(row, j), |i, slope| along.add(i, slope));
             let inputs = self.reading.inputs.iter().enumerate();
             let times = inputs.filter(|(_, input)| matches!(input, Input::Time));

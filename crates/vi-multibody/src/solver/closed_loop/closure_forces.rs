@@ -13,7 +13,7 @@
 
 use super::echelon::Echelon;
 use super::loops::Loops;
-use super::path::{Maps, Paths, Placed};
+use super::path::{Maps, Paths, RowPlace};
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use vi_constraints::null_space::RANK_TOLERANCE;
 use vi_constraints::redundancy::scattered;
@@ -71,7 +71,8 @@ impl ClosureForces {
     /// lost rank.
     pub(crate) fn solve(
         &mut self,
-        (q, c): (&[f64], &[f64]),
+        q: &[f64],
+        c: &[f64],
         lambda: &mut [f64],
     ) -> Result<(), Singular> {
         let Self { loops, forms, ranks, constraints, arms, balance, .. } = self;
@@ -80,10 +81,10 @@ impl ClosureForces {
         constraints.iter().for_each(|&row| lambda[row] = 0.0);
         let outside = OUTSIDE * size(c, arms);
         let Loops { tree, clusters, home, column_of, weights, .. } = loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         for ((cluster, form), rank) in clusters.iter_mut().zip(forms).zip(ranks) {
             let paths = &mut cluster.paths;
-            eliminate(paths, (form, *rank), at);
+            eliminate(paths, form, *rank, at);
             let width = paths.columns.len();
             for k in 0..form.pivots().len() {
                 let (pivot, rest) = form.row(k);
@@ -132,7 +133,7 @@ impl ClosureForces {
 }
 
 /// `[U T]` of a cluster, rows scaled as for rank decisions.
-fn eliminate(paths: &mut Paths, (form, rank): (&mut Echelon, usize), at: Placed<'_>) {
+fn eliminate(paths: &mut Paths, form: &mut Echelon, rank: usize, at: RowPlace<'_>) {
     form.clear();
     let width = paths.columns.len();
     for i in 0..paths.rows.len() {

@@ -8,7 +8,7 @@
 //! ```
 
 use crate::constraint::scalar_constraint::ScalarRow;
-use crate::geometry::form::{Form, Row};
+use crate::geometry::form::{BilinearRow, Form};
 use nalgebra::Vector3;
 use vi_rigid::directors::{self, FRAME};
 
@@ -31,7 +31,7 @@ pub(super) struct Site {
 
 /// A form on one link, or what is constant in it.
 #[derive(Clone, Copy, PartialEq)]
-struct Part {
+struct FormPart {
     frame: u32,           // first coordinate; NONE: constant
     home: u32,            // place in the cluster; NONE: the apex
     share: f64,           // α_k
@@ -41,15 +41,15 @@ struct Part {
 
 /// A product of two forms, by the places of their parts.
 #[derive(Clone, Copy)]
-struct Product {
+struct FormProduct {
     scale: f64,
     target: f64,
-    forms: [Parts; 2], // A, B
+    forms: [FormParts; 2], // A, B
 }
 
 /// Places of the parts of a form.
 #[derive(Clone, Copy, PartialEq)]
-struct Parts {
+struct FormParts {
     first: u32,
     count: u32,
 }
@@ -57,8 +57,8 @@ struct Parts {
 /// The rows of a cluster, as far as they are products.
 #[derive(Default)]
 pub(super) struct ClosureRows {
-    products: Vec<Option<Product>>,
-    parts: Vec<Part>,
+    products: Vec<Option<FormProduct>>,
+    parts: Vec<FormPart>,
 }
 
 /// The form that was evaluated last, `A` of several rows, with its value.
@@ -73,7 +73,7 @@ impl LastForm {
     pub(super) const NONE: Self = Self { first: NONE, value: Vector3::new(0.0, 0.0, 0.0) };
 }
 
-impl Part {
+impl FormPart {
     fn constant(vector: Vector3<f64>) -> Self {
         Self { frame: NONE, home: NONE, share: 0.0, vector, arm: vector }
     }
@@ -112,8 +112,8 @@ impl ClosureRows {
         &mut self,
         row: &ScalarRow,
         site: impl Fn(usize) -> Option<Site>,
-    ) -> Option<Product> {
-        let ScalarRow::Product(Row { scale, a, b, target }) = row else { return None };
+    ) -> Option<FormProduct> {
+        let ScalarRow::Product(BilinearRow { scale, a, b, target }) = row else { return None };
         let mut sites: Vec<Site> = Vec::new();
         for term in a.terms().iter().chain(b.terms()) {
             let frame = term.offset - term.offset % FRAME;
@@ -124,34 +124,35 @@ impl ClosureRows {
         let fits = |site: &Site| site.frame.max(site.home.unwrap_or(0)) < NONE as usize;
         (sites.len() <= 2 && sites.iter().all(fits)).then_some(())?;
         let forms = [a, b].map(|form| self.place(form, &sites));
-        Some(Product { scale: *scale, target: *target, forms })
+        Some(FormProduct { scale: *scale, target: *target, forms })
     }
 
     /// Where the parts of a form are, which a row just before may have, too.
-    fn place(&mut self, form: &Form, sites: &[Site]) -> Parts {
+    fn place(&mut self, form: &Form, sites: &[Site]) -> FormParts {
         let constant = form.constant_part();
-        let mut own: Vec<Part> = sites.iter().filter_map(|site| Part::new(form, site)).collect();
+        let mut own: Vec<FormPart> =
+            sites.iter().filter_map(|site| FormPart::new(form, site)).collect();
         if constant != Vector3::zeros() || own.is_empty() {
             // no form is without a part, so each has a place of its own
-            own.insert(0, Part::constant(constant));
+            own.insert(0, FormPart::constant(constant));
         }
         let recent = self.products.iter().rev().take(RECENT).flatten();
         let known = recent.flat_map(|row| row.forms).find(|&parts| self.parts(parts) == own);
         known.unwrap_or_else(|| {
             let [first, count] = [self.parts.len(), own.len()].map(|number| number as u32);
             self.parts.extend(own);
-            Parts { first, count }
+            FormParts { first, count }
         })
     }
 
     #[inline]
-    fn parts(&self, Parts { first, count }: Parts) -> &[Part] {
+    fn parts(&self, FormParts { first, count }: FormParts) -> &[FormPart] {
         &self.parts[first as usize..(first + count) as usize]
     }
 
     /// The value of a form.
     #[inline]
-    fn at(&self, form: Parts, q: &[f64]) -> Vector3<f64> {
+    fn at(&self, form: FormParts, q: &[f64]) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         for part in self.parts(form) {
             let Some(own) = part.of(q) else {
@@ -168,7 +169,7 @@ impl ClosureRows {
 
     /// `A` and `B`.
     #[inline]
-    fn values(&self, product: &Product, q: &[f64], last: &mut LastForm) -> [Vector3<f64>; 2] {
+    fn values(&self, product: &FormProduct, q: &[f64], last: &mut LastForm) -> [Vector3<f64>; 2] {
         let [a, b] = product.forms;
         if last.first != a.first {
             *last = LastForm { first: a.first, value: self.at(a, q) };
@@ -189,7 +190,8 @@ impl ClosureRows {
     pub(super) fn for_each_wrench(
         &self,
         i: usize,
-        (q, last): (&[f64], &mut LastForm),
+        q: &[f64],
+        last: &mut LastForm,
         mut visit: impl FnMut(usize, Option<Vector3<f64>>, Vector3<f64>),
     ) -> bool {
         let Some(Some(product)) = self.products.get(i) else { return false };
@@ -250,7 +252,7 @@ mod tests {
                     };
                     closures.push(&row, site);
                     let mut sums = wrenches(&row, &q, &references);
-                    let taken = closures.for_each_wrench(i, (&q, &mut last), |body, f, moment| {
+                    let taken = closures.for_each_wrench(i, &q, &mut last, |body, f, moment| {
                         let wrench = Twist::new(f.unwrap_or_default(), moment);
                         sums[body].add_scaled(-1.0, &wrench);
                     });

@@ -17,8 +17,8 @@
 
 use super::complement::Complement;
 use super::echelon::{Echelon, Entry};
-use super::enforced_rows::Rows;
-use super::path::{Paths, Placed};
+use super::enforced_rows::EnforcedRows;
+use super::path::{Paths, RowPlace};
 use crate::geometry::one_tree::One;
 use crate::pair::Twist;
 use crate::solver::tree_step::part::Links;
@@ -157,13 +157,13 @@ impl Cluster {
     }
 
     /// Finds the rank of `J`; `side` gives a right-hand side for each row of `g_c`.
-    pub(crate) fn rank_here(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
+    pub(crate) fn rank_here(&mut self, at: RowPlace<'_>, side: &[f64]) -> usize {
         self.paths.fill(&mut self.next, at, side);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
     }
 
     /// The same with the rows that configurations have to satisfy: all but those of velocities.
-    pub(crate) fn rank_of_positions(&mut self, at: Placed<'_>, side: &[f64]) -> usize {
+    pub(crate) fn rank_of_positions(&mut self, at: RowPlace<'_>, side: &[f64]) -> usize {
         self.positions.clear();
         let rows = self.paths.rows.iter().enumerate();
         let rows = rows.filter(|(_, row)| !row.row.is_of_velocities()).map(|(i, _)| i);
@@ -176,7 +176,8 @@ impl Cluster {
     pub(crate) fn rank_within(
         &mut self,
         rows: &[usize],
-        (at, side): (Placed<'_>, &[f64]),
+        at: RowPlace<'_>,
+        side: &[f64],
         tolerance: f64,
     ) -> usize {
         self.paths.fill_with(&mut self.next, rows.iter().copied(), at, side);
@@ -184,7 +185,12 @@ impl Cluster {
     }
 
     /// The smallest of as many pivots as the rank, and the next one, zero where there is none.
-    pub(crate) fn pivots_about(&mut self, rows: &[usize], at: Placed<'_>, rank: usize) -> [f64; 2] {
+    pub(crate) fn pivots_about(
+        &mut self,
+        rows: &[usize],
+        at: RowPlace<'_>,
+        rank: usize,
+    ) -> [f64; 2] {
         let mut smallest = |most: usize| {
             self.paths.fill_with(&mut self.next, rows.iter().copied(), at, &[]);
             let found = self.next.eliminate(most, RANK_TOLERANCE);
@@ -200,7 +206,7 @@ impl Cluster {
     }
 
     /// Row `i` of `J` over the columns of the cluster, not scaled.
-    pub(crate) fn plain_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
+    pub(crate) fn plain_row(&mut self, i: usize, at: RowPlace<'_>) -> &[Entry] {
         self.paths.write_row(i, at)
     }
 
@@ -210,7 +216,7 @@ impl Cluster {
     }
 
     /// The rank of some of its rows alone.
-    pub(crate) fn rank_of(&mut self, rows: &[usize], at: Placed<'_>) -> usize {
+    pub(crate) fn rank_of(&mut self, rows: &[usize], at: RowPlace<'_>) -> usize {
         self.paths.fill_with(&mut self.next, rows.iter().copied(), at, &[]);
         self.next.eliminate(usize::MAX, RANK_TOLERANCE)
     }
@@ -278,7 +284,7 @@ impl Cluster {
     /// `U` at `q_n`: from the rows that were enforced last as long as they are clearly independent,
     /// else from all. At a configuration that loses rank the rows that are missing are those of the
     /// last `U` that do not depend on the new ones.
-    pub(crate) fn begin(&mut self, at: Placed<'_>, memory: &mut Recall<'_>) {
+    pub(crate) fn begin(&mut self, at: RowPlace<'_>, memory: &mut Recall<'_>) {
         let (rows, width) = (self.paths.rows.len(), self.paths.columns.len());
         let last = memory.next(self.rank, rows, width);
         let mut own = 0.0; // smallest pivot of the rows enforced last, where they are independent
@@ -321,7 +327,7 @@ impl Cluster {
     /// Chooses the rows to enforce: those of `U` where no increment, at most of the size `reach`,
     /// can make them dependent; else from the first trial of `q_{n+1}`. Where they lose rank there,
     /// the last ones stay. Returns the smallest pivot, or a bound of it.
-    pub(crate) fn choose_rows(&mut self, at: Placed<'_>, reach: f64) -> f64 {
+    pub(crate) fn choose_rows(&mut self, at: RowPlace<'_>, reach: f64) -> f64 {
         let smallest = self.basis.smallest();
         let change = CHANGE * reach * self.basis.largest();
         if change <= 0.5 * smallest && self.take_rows_of_basis() {
@@ -371,7 +377,7 @@ impl Cluster {
     ///
     /// # Errors
     /// [`Fault::SingularTangent`] where they are dependent.
-    pub(crate) fn take_rows_of(&mut self, other: &Self, at: Placed<'_>) -> Result<f64, Fault> {
+    pub(crate) fn take_rows_of(&mut self, other: &Self, at: RowPlace<'_>) -> Result<f64, Fault> {
         self.chosen.copy_from_slice(&other.chosen);
         self.paths.fill_with(&mut self.basis, self.chosen.iter().copied(), at, &[]);
         if self.basis.eliminate(self.rank, RANK_TOLERANCE) < self.rank {
@@ -445,8 +451,8 @@ impl Cluster {
     }
 
     /// Prepares for the sweeps of the tree: rows that are products refer to their links.
-    pub(super) fn carry(&mut self, tree: (&TreeMaps, &[(usize, usize)]), links: Links<'_>) {
-        self.paths.compact_rows(tree, links);
+    pub(super) fn carry(&mut self, tree: &TreeMaps, home: &[(usize, usize)], links: Links<'_>) {
+        self.paths.compact_rows(tree, home, links);
         self.complement = Some(Box::new(Complement::new(&self.paths, self.rank)));
     }
 
@@ -454,7 +460,8 @@ impl Cluster {
     /// to there.
     pub(super) fn eliminate(
         &mut self,
-        at: (Placed<'_>, Links<'_>),
+        place: RowPlace<'_>,
+        links: Links<'_>,
         x: &[f64],
     ) -> Result<(), Fault> {
         let Self { paths, basis, chosen, order, g, complement, .. } = self;
@@ -465,7 +472,7 @@ impl Cluster {
             order.sort_unstable_by_key(|&k| basis.pivots()[k]);
         }
         let Some(complement) = complement else { return Err(Fault::SingularTangent) };
-        complement.eliminate(Rows { paths, basis, order, chosen, g }, at, x)
+        complement.eliminate(EnforcedRows { paths, basis, order, chosen, g }, place, links, x)
     }
 
     /// Relieves the apex, by the sums over what hangs on it.
@@ -493,7 +500,7 @@ impl Cluster {
     /// The same for the rows enforced at `q_{n+1}`.
     pub(crate) fn for_each_enforced(
         &mut self,
-        at: Placed<'_>,
+        at: RowPlace<'_>,
         mut visit: impl FnMut(usize, usize, f64),
     ) {
         let Self { paths, chosen, .. } = self;

@@ -13,9 +13,9 @@
 
 use super::complement_matrix::ComplementMatrix;
 use super::echelon::Entry;
-use super::enforced_rows::Rows;
-use super::four_rows::{Four, held, in_registers, load};
-use super::path::{Paths, Placed};
+use super::enforced_rows::EnforcedRows;
+use super::four_rows::{FourRows, held, in_registers, load};
+use super::path::{Paths, RowPlace};
 use super::relief::{Relief, SIDES, first_side};
 use crate::geometry::one_tree::One;
 use crate::pair::Twist;
@@ -31,9 +31,9 @@ pub(super) struct Complement {
     left: Left,
     matrix: ComplementMatrix, // C
     relief: Relief,
-    line: Vec<Four>,   // column of C → its entries in four rows
-    marked: Vec<bool>, // bundles in which some are not zero
-    met: Vec<usize>,   // these
+    line: Vec<FourRows>, // column of C → its entries in four rows
+    marked: Vec<bool>,   // bundles in which some are not zero
+    met: Vec<usize>,     // these
 }
 
 /// `û`: entries of bundles at each column of a cluster, in the order in which they come.
@@ -44,7 +44,7 @@ struct Left {
 
 struct LeftEntry {
     bundle: usize,
-    u: Four,
+    u: FourRows,
     next: usize, // of its column; NONE
 }
 
@@ -61,7 +61,7 @@ impl Left {
         self.ends.fill([NONE; 2]);
     }
 
-    fn push(&mut self, column: usize, (bundle, u): (usize, Four)) {
+    fn push(&mut self, column: usize, bundle: usize, u: FourRows) {
         let (here, [first, last]) = (self.entries.len(), &mut self.ends[column]);
         match self.entries.get_mut(*last) {
             Some(last) => last.next = here,
@@ -103,8 +103,9 @@ impl Complement {
     /// to its apex.
     pub(super) fn eliminate(
         &mut self,
-        Rows { paths, basis, order, chosen, g }: Rows<'_>,
-        (at, links): (Placed<'_>, Links<'_>),
+        EnforcedRows { paths, basis, order, chosen, g }: EnforcedRows<'_>,
+        at: RowPlace<'_>,
+        links: Links<'_>,
         x: &[f64],
     ) -> Result<(), Fault> {
         self.left.clear();
@@ -139,7 +140,7 @@ impl Complement {
             let (twists, moved) = self.gather_rows(paths, links, x);
             for row in 0..own.len() {
                 let i = 4 * bundle + row;
-                self.write_row((i, row), &twists, g[i] - moved[row]);
+                self.write_row(i, row, &twists, g[i] - moved[row]);
             }
             self.met.drain(..).for_each(|b| self.marked[b] = false);
             paths.four.clear(&paths.links);
@@ -148,18 +149,23 @@ impl Complement {
     }
 
     /// `û_k`, `p_k` of a bundle of columns.
-    fn add_columns(&mut self, bundle: usize, paths: &mut Paths, at: Links<'_>) -> [Four; 6] {
+    fn add_columns(&mut self, bundle: usize, paths: &mut Paths, at: Links<'_>) -> [FourRows; 6] {
         let Paths { four, links, .. } = paths;
         let mut transmit = || in_registers!(lanes => four.transmit(lanes, links, at));
         let wrenches = transmit();
         for column in four.touched.iter().flat_map(|&k| links[k].columns()) {
-            self.left.push(column, (bundle, four.values[column]));
+            self.left.push(column, bundle, four.values[column]);
         }
         wrenches
     }
 
     /// `p'_i` and `v̂_i·x` of four rows, and their entries of `C`.
-    fn gather_rows(&mut self, paths: &mut Paths, at: Links<'_>, x: &[f64]) -> ([Four; 6], Four) {
+    fn gather_rows(
+        &mut self,
+        paths: &mut Paths,
+        at: Links<'_>,
+        x: &[f64],
+    ) -> ([FourRows; 6], FourRows) {
         in_registers!(lanes => self.gather_in(lanes, paths, at, x))
     }
 
@@ -170,7 +176,7 @@ impl Complement {
         paths: &mut Paths,
         at: Links<'_>,
         x: &[f64],
-    ) -> ([Four; 6], Four) {
+    ) -> ([FourRows; 6], FourRows) {
         let Self { left, line, marked, met, .. } = self;
         let Paths { four, links, columns, .. } = paths;
         let twists = four.transmit_transposed(lanes, links, at);
@@ -195,7 +201,7 @@ impl Complement {
     }
 
     /// Row `i` of `C`, one of the four at hand, with its right-hand sides.
-    fn write_row(&mut self, (i, row): (usize, usize), twists: &[Four; 6], gap: f64) {
+    fn write_row(&mut self, i: usize, row: usize, twists: &[FourRows; 6], gap: f64) {
         let Self { rank, matrix, line, met, .. } = self;
         let mut sides = [gap; SIDES];
         sides.iter_mut().zip(twists).for_each(|(side, part)| *side = part[row]);
@@ -224,7 +230,7 @@ impl Complement {
     }
 }
 
-fn of_row(parts: &[Four; 6], row: usize) -> Twist {
+fn of_row(parts: &[FourRows; 6], row: usize) -> Twist {
     let vector = |first: usize| Vector3::from_fn(|i, _| parts[first + i][row]);
     Twist::new(vector(0), vector(3))
 }

@@ -10,10 +10,10 @@ use vi_core::newton::Fault;
 /// closure.
 pub(super) struct ComplementMatrix {
     sides: usize,
-    form: Form,
+    form: MatrixForm,
 }
 
-enum Form {
+enum MatrixForm {
     Small(SquareSystem),
     Large(Box<LargeMatrix>),
 }
@@ -25,23 +25,23 @@ impl ComplementMatrix {
             return Self::large(rank, first);
         }
         let sides = SIDES - first;
-        Self { sides, form: Form::Small(SquareSystem::new(rank, sides)) }
+        Self { sides, form: MatrixForm::Small(SquareSystem::new(rank, sides)) }
     }
 
     /// The same as if the rank were large.
     pub(super) fn large(rank: usize, first: usize) -> Self {
         let sides = SIDES - first;
-        Self { sides, form: Form::Large(Box::new(LargeMatrix::new(rank, sides))) }
+        Self { sides, form: MatrixForm::Large(Box::new(LargeMatrix::new(rank, sides))) }
     }
 
     /// Whether its entries are asked for in the order of their columns, each once.
     pub(super) fn is_large(&self) -> bool {
-        matches!(self.form, Form::Large(_))
+        matches!(self.form, MatrixForm::Large(_))
     }
 
     /// Before the rows are written.
     pub(super) fn clear(&mut self) {
-        if let Form::Large(matrix) = &mut self.form {
+        if let MatrixForm::Large(matrix) = &mut self.form {
             matrix.clear();
         }
     }
@@ -55,8 +55,8 @@ impl ComplementMatrix {
     ) {
         let sides = &sides[SIDES - self.sides..];
         match &mut self.form {
-            Form::Small(matrix) => matrix.write_row(i, entries, sides),
-            Form::Large(matrix) => matrix.push_row(entries, sides),
+            MatrixForm::Small(matrix) => matrix.write_row(i, entries, sides),
+            MatrixForm::Large(matrix) => matrix.push_row(entries, sides),
         }
     }
 
@@ -64,11 +64,11 @@ impl ComplementMatrix {
     pub(super) fn solve(&mut self, relief: &mut Relief) -> Result<(), Fault> {
         let first = SIDES - self.sides;
         match &mut self.form {
-            Form::Small(matrix) => {
+            MatrixForm::Small(matrix) => {
                 matrix.solve(0)?;
                 relief.take(|k, side| matrix.solution(k, side - first), first);
             }
-            Form::Large(matrix) => {
+            MatrixForm::Large(matrix) => {
                 matrix.solve()?;
                 relief.take(|k, side| matrix.solution(k, side - first), first);
             }

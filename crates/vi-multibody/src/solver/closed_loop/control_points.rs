@@ -13,8 +13,8 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::Loops;
-use super::path::{Maps, Placed};
-use super::sweep::{Resolution, SMALLEST_REACH};
+use super::path::{Maps, RowPlace};
+use super::sweep::{LoopResolution, SMALLEST_REACH};
 use crate::mechanism::Mechanism;
 use crate::solver::tree_step::workspace::Workspace;
 use crate::solver::tree_sweeps::TreeSweeps;
@@ -28,18 +28,18 @@ use vi_core::galerkin::Stages;
 use vi_core::lanes::Register;
 use vi_core::linear::norm_inf;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::state::{Memory, State};
 
 /// [`Sweeps`] of a mechanism with closed loops whose bodies no potential has to couple.
 pub struct LoopSweeps<T: Register> {
     tree: TreeSweeps<T>,
-    points: Vec<Point>, // s + 1  the control points
+    points: Vec<LoopPoint>, // s + 1  the control points
     dependent: Vec<bool>,
-    fresh: bool,            // rows not chosen yet in this step
-    resolution: Resolution, // of the last residual
-    none: Vec<f64>,         // n  momenta, where these do not count
-    x: Vec<f64>,            // d  right-hand side and solution of a control point
+    fresh: bool,                // rows not chosen yet in this step
+    resolution: LoopResolution, // of the last residual
+    none: Vec<f64>,             // n  momenta, where these do not count
+    x: Vec<f64>,                // d  right-hand side and solution of a control point
 }
 
 impl<T: Register> std::fmt::Debug for LoopSweeps<T> {
@@ -49,7 +49,7 @@ impl<T: Register> std::fmt::Debug for LoopSweeps<T> {
 }
 
 /// The loops at a control point, and the links there.
-struct Point {
+struct LoopPoint {
     at: Workspace,
     loops: Loops,
 }
@@ -70,12 +70,12 @@ impl<T: Register> LoopSweeps<T> {
         let point = || {
             let (mut at, mut loops) = (Workspace::new(mechanism, system)?, rank.loops(mechanism));
             loops.carry(&mut at);
-            Some(Point { at, loops })
+            Some(LoopPoint { at, loops })
         };
-        let points: Vec<Point> = (0..=s).map(|_| point()).collect::<Option<_>>()?;
+        let points: Vec<LoopPoint> = (0..=s).map(|_| point()).collect::<Option<_>>()?;
         tree.carry_loops(points[0].loops.clusters.iter().filter_map(Cluster::apex));
         let d = points[0].loops.dof();
-        let (dependent, fresh, resolution) = (vec![false; d], true, Resolution::full());
+        let (dependent, fresh, resolution) = (vec![false; d], true, LoopResolution::full());
         let (none, x) = (vec![0.0; mechanism.dim()], vec![0.0; d]);
         Some(Self { tree, points, dependent, fresh, resolution, none, x })
     }
@@ -88,16 +88,16 @@ impl<T: Register> LoopSweeps<T> {
         let first = &mut first[0].loops;
         if std::mem::take(fresh) {
             let reach = norm_inf(u).max(SMALLEST_REACH);
-            let Point { at, loops } = &rest[s - 1];
+            let LoopPoint { at, loops } = &rest[s - 1];
             let at = loops.placed(Maps::Sweeps(at.at_links()), points.q(s));
             first.clusters.iter_mut().for_each(|cluster| _ = cluster.choose_rows(at, reach));
         }
-        *resolution = Resolution::full();
-        for (j, Point { at, loops }) in (1..).zip(rest) {
+        *resolution = LoopResolution::full();
+        for (j, LoopPoint { at, loops }) in (1..).zip(rest) {
             let end = points.point(j).end();
             let Loops { tree: maps, clusters, home, column_of, .. } = loops;
             let links = Maps::Sweeps(at.at_links());
-            let at = Placed {
+            let at = RowPlace {
                 tree: maps,
                 maps: links,
                 home,
@@ -123,17 +123,17 @@ impl<T: Register> LoopSweeps<T> {
         points: &ControlPoints,
     ) -> Result<(), Fault> {
         let Self { tree, points: all, x, .. } = self;
-        for (j, Point { at, loops }) in all.iter_mut().enumerate().skip(1) {
+        for (j, LoopPoint { at, loops }) in all.iter_mut().enumerate().skip(1) {
             tree.write_factors(own.clone(), j, at);
             let Loops { tree: pairs, clusters, home, column_of, .. } = loops;
             let (links, q) = (at.at_links(), points.q(j));
             let maps = Maps::Sweeps(links);
-            let placed = Placed { tree: pairs, maps, home, column_of, q, next: true, step: None };
+            let placed = RowPlace { tree: pairs, maps, home, column_of, q, next: true, step: None };
             let cluster = &mut clusters[c];
             for &k in &cluster.paths.columns {
                 x[k] = tree.side(j, k);
             }
-            cluster.eliminate((placed, links), x)?;
+            cluster.eliminate(placed, links, x)?;
             if let Some(apex) = cluster.apex() {
                 tree.change_sums(apex, j, |sums| cluster.relieve(sums));
             }
@@ -144,7 +144,7 @@ impl<T: Register> LoopSweeps<T> {
     /// Adds what the multipliers of cluster `c` do, now that the motion of its apex is known.
     fn release_cluster(&mut self, c: usize) {
         let Self { tree, points, x, .. } = self;
-        for (j, Point { loops, .. }) in points.iter_mut().enumerate().skip(1) {
+        for (j, LoopPoint { loops, .. }) in points.iter_mut().enumerate().skip(1) {
             let cluster = &mut loops.clusters[c];
             let twist = cluster.apex().map(|apex| tree.twist(apex, j));
             for &k in &cluster.paths.columns {
@@ -191,7 +191,7 @@ impl<T: Register> Sweeps for LoopSweeps<T> {
         self.dependent.len()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.points[0].loops.blocks
     }
 
@@ -210,7 +210,7 @@ impl<T: Register> Sweeps for LoopSweeps<T> {
         points.open(step, state);
         let Self { points: own, dependent, fresh, none, .. } = self;
         let (first, rest) = own.split_at_mut(1);
-        let Point { at, loops } = &mut first[0];
+        let LoopPoint { at, loops } = &mut first[0];
         at.open([&state.q, none, none]);
         loops.begin(Maps::Sweeps(at.at_links()), &state.q, &state.memory);
         dependent.fill(false);

@@ -35,7 +35,7 @@ const NONE: usize = usize::MAX;
 pub(crate) type Entry = (usize, f64);
 
 #[derive(Clone, Default)]
-struct Row {
+struct EchelonRow {
     entries: Range<usize>, // a pivot row: without the one at its pivot
     size: f64,             // largest entry in a pivot column, weighted
     seen: usize,           // pivots taken out of it
@@ -46,7 +46,7 @@ struct Row {
 /// Row echelon form without new allocations.
 pub(crate) struct Echelon {
     weights: Vec<f64>, // of the columns in which pivots may stand; right-hand sides follow
-    rows: Vec<Row>,
+    rows: Vec<EchelonRow>,
     entries: Vec<Entry>, // of all rows; a row that is reduced moves to the end
     pivots: Vec<usize>,  // rows in pivot order
     order: Vec<usize>,   // column → position of its pivot
@@ -119,7 +119,7 @@ impl Echelon {
             self.uses[column] += 1;
         }
         let entries = begin..self.entries.len();
-        self.rows.push(Row { entries, size, seen: 0, pivot: NONE, visited: false });
+        self.rows.push(EchelonRow { entries, size, seen: 0, pivot: NONE, visited: false });
     }
 
     /// Takes pivots down to `tolerance` times the largest entry, `rank` in all at most; returns

@@ -5,7 +5,7 @@ use super::path::Paths;
 
 /// The rows of a cluster in a step: those that `U` was found from where they are enforced, else
 /// `U`.
-pub(super) struct Rows<'a> {
+pub(super) struct EnforcedRows<'a> {
     pub(super) paths: &'a mut Paths,
     pub(super) basis: &'a Echelon,  // U
     pub(super) order: &'a [usize],  // its pivots, by their rows; none of rows that are enforced

@@ -16,7 +16,7 @@ const NARROW: usize = 64;
 const FULL: f64 = 0.2;
 
 /// A matrix with its solver.
-enum Factors {
+enum LargeFactors {
     Sparse(Box<(SparseMatrix, SparseLu)>),
     Dense(DMatrix<f64>, DenseLu),
 }
@@ -24,19 +24,19 @@ enum Factors {
 /// A large `C` with its right-hand sides.
 pub(super) struct LargeMatrix {
     rank: usize,
-    count: usize,     // of right-hand sides
-    rows: Vec<Range>, // of entries
+    count: usize,           // of right-hand sides
+    rows: Vec<ColumnRange>, // of entries
     entries: Vec<Entry>,
     sides: Vec<f64>, // rank × count, row by row
     band: SquareSystem,
     is_band: bool, // at the last solution
     places: Vec<(usize, usize)>,
     known: Vec<(usize, usize)>, // places of the factors
-    factors: Option<Factors>,
+    factors: Option<LargeFactors>,
     solutions: Vec<f64>, // of the factors, column by column
 }
 
-type Range = std::ops::Range<usize>;
+type ColumnRange = std::ops::Range<usize>;
 
 impl LargeMatrix {
     /// For a number of rows and of right-hand sides.
@@ -136,24 +136,24 @@ impl LargeMatrix {
         };
         let is_full = places.len() as f64 > FULL * (*rank * *rank) as f64;
         match factors {
-            Some(Factors::Dense(matrix, _)) if is_full => matrix.fill(0.0),
-            Some(Factors::Sparse(own)) if places == known => own.0.refill(emit),
+            Some(LargeFactors::Dense(matrix, _)) if is_full => matrix.fill(0.0),
+            Some(LargeFactors::Sparse(own)) if places == known => own.0.refill(emit),
             _ if is_full => {
                 let matrix = DMatrix::zeros(*rank, *rank);
-                *factors = Some(Factors::Dense(matrix, DenseLu::new(*rank)));
+                *factors = Some(LargeFactors::Dense(matrix, DenseLu::new(*rank)));
             }
             _ => {
                 let matrix = SparseMatrix::assemble(*rank, *rank, emit);
                 let lu = SparseLu::new(&matrix)?;
-                *factors = Some(Factors::Sparse(Box::new((matrix, lu))));
+                *factors = Some(LargeFactors::Sparse(Box::new((matrix, lu))));
                 known.clone_from(places);
             }
         }
         solutions.clear();
         solutions.extend((0..*count).flat_map(|side| sides[side..].iter().step_by(*count)));
         match factors.as_mut().expect("just written") {
-            Factors::Sparse(own) => own.1.solve(&own.0, solutions),
-            Factors::Dense(matrix, lu) => {
+            LargeFactors::Sparse(own) => own.1.solve(&own.0, solutions),
+            LargeFactors::Dense(matrix, lu) => {
                 places.iter().zip(&*entries).for_each(|(&at, e)| matrix[at] = e.1);
                 lu.factorize(matrix);
                 solutions.chunks_exact_mut(*rank).try_for_each(|side| lu.solve_factorized(side))

@@ -4,12 +4,12 @@
 use super::cluster::Cluster;
 use super::loop_rank::LoopRank;
 use super::loops::{Loops, with_floors};
-use super::path::{Maps, Placed};
-use super::sweep::Resolution;
+use super::path::{Maps, RowPlace};
+use super::sweep::LoopResolution;
 use crate::mechanism::Mechanism;
 use crate::solver::chord::Chord;
 use crate::solver::enforced::Enforced;
-use crate::solver::sparse_nodal::{Row, SparseNodal};
+use crate::solver::sparse_nodal::{SparseNodal, SparseRow};
 use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_nodal::TreeNodal;
 use nalgebra::DMatrix;
@@ -19,7 +19,7 @@ use vi_constraints::{DenseNodal, NodalOperators};
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::DenseLu;
-use vi_core::newton::{Block, Fault, Precision, largest_rotation};
+use vi_core::newton::{Fault, Precision, UnknownBlock, largest_rotation};
 use vi_core::state::Memory;
 
 /// Constraints of loops from which on the complement is not formed: its matrix is dense.
@@ -38,14 +38,14 @@ pub enum TreeSolver {
 /// [`NodalOperators`] of a mechanism with closed loops.
 pub struct LoopNodal {
     loops: Loops,
-    blocks: Vec<Block>, // of the tree, then of point masses
+    blocks: Vec<UnknownBlock>, // of the tree, then of point masses
     dof: usize,
     solver: TreeSolver,
     coupled: Coupled, // of matrices that couple bodies
     elements: bool,   // between frames
     rounding: f64,    // of directions between nodes, in parts of that of rotations
     h: f64,
-    resolution: Resolution,
+    resolution: LoopResolution,
     fresh: bool,    // rows not chosen yet in this step
     standing: bool, // rows are those of a node: rates are asked for
     current: bool,  // the tangent maps are those of the last trial
@@ -84,7 +84,7 @@ impl LoopNodal {
             mu: vec![0.0; size],
             chord: Chord::new(&blocks),
         };
-        let (h, resolution) = (1.0, Resolution::full());
+        let (h, resolution) = (1.0, LoopResolution::full());
         let (fresh, current, elements) = (true, false, mechanism.has_nodes());
         let standing = false;
         let rounding = mechanism.direction_rounding(&mechanism.initial_configuration());
@@ -152,13 +152,13 @@ impl LoopNodal {
         sparse.assemble(mixed, u, s);
         let Loops { tree, clusters, home, column_of, .. } = loops;
         let maps = Maps::Columns(sparse);
-        let at = Placed { tree, maps, home, column_of, q, next: true, step };
-        let (mut basis, mut enforced): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
+        let at = RowPlace { tree, maps, home, column_of, q, next: true, step };
+        let (mut basis, mut enforced): (Vec<SparseRow>, Vec<SparseRow>) = (Vec::new(), Vec::new());
         coupled.mu.clear();
         for cluster in clusters {
             let (first, rank) = (basis.len(), cluster.rank());
-            basis.resize(first + rank, Row::new());
-            enforced.resize(first + rank, Row::new());
+            basis.resize(first + rank, SparseRow::new());
+            enforced.resize(first + rank, SparseRow::new());
             cluster.for_each_entry(|k, column, value| basis[first + k].push((column, value)));
             cluster.for_each_enforced(at, |i, column, value| {
                 enforced[first + i].push((column, value));
@@ -206,7 +206,7 @@ impl LoopNodal {
         }
         let Loops { tree, clusters, home, column_of, .. } = loops;
         let maps = solver.maps();
-        let at = Placed { tree, maps, home, column_of, q, next: true, step };
+        let at = RowPlace { tree, maps, home, column_of, q, next: true, step };
         complement.fill(0.0);
         let mut first = 0;
         for cluster in clusters {
@@ -237,7 +237,7 @@ impl LoopNodal {
         let TreeSolver::Sparse(sparse) = solver else { return Err(Fault::SingularTangent) };
         sparse.solve_again(x)?;
         let Loops { tree, clusters, home, column_of, .. } = loops;
-        let at = Placed { tree, maps: solver.maps(), home, column_of, q, next: true, step };
+        let at = RowPlace { tree, maps: solver.maps(), home, column_of, q, next: true, step };
         let mut first = 0;
         for cluster in clusters {
             mu[first..first + cluster.rank()].copy_from_slice(cluster.gaps());
@@ -294,7 +294,7 @@ impl NodalOperators for LoopNodal {
         self.dof
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

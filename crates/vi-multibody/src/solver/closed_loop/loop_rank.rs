@@ -20,9 +20,9 @@
 //! At rest, or with a velocity that no branch has, the motion is not determined: refused.
 
 use super::nearly::{self, Nearly};
-use super::random::Random;
+use super::random::RandomNumbers;
 use crate::mechanism::{Mechanism, NearlyRedundant};
-use crate::pair::{Transfer, Twist, VelocityMap};
+use crate::pair::{Twist, TwistTransfer, VelocityMap};
 use crate::solver::closed_loop::cluster::Cluster;
 use crate::solver::closed_loop::loops::Loops;
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -90,7 +90,7 @@ impl LoopRank {
         let rows_at_start = loops.numbers(&pivots);
         let full: Vec<usize> = loops.clusters.iter().map(Cluster::full_rank).collect();
         let mut joint = String::new();
-        let mut random = Random::FIRST;
+        let mut random = RandomNumbers::FIRST;
         let mut compared = ranks == full;
         let enough = if d > 300 { 1 } else { TRIALS.len() - 2 };
         for (trial, (motion, later)) in TRIALS.into_iter().enumerate() {
@@ -309,7 +309,7 @@ fn null_space(rows: &DMatrix<f64>) -> DMatrix<f64> {
 /// Joint rates of the tree from the coordinates' rates `v`.
 fn tree_rates(mechanism: &Mechanism, q: &[f64], v: &[f64]) -> Vec<f64> {
     let tree = mechanism.tree();
-    let mut maps = vec![VelocityMap::new(Transfer::None, &[]); tree.links().len()];
+    let mut maps = vec![VelocityMap::new(TwistTransfer::None, &[]); tree.links().len()];
     tree.velocity_maps(q, &mut maps);
     let twist = |frame: usize| {
         let own = 12 * frame..12 * frame + 12;

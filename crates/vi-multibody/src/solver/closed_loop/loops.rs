@@ -2,19 +2,19 @@
 
 use super::cluster::Cluster;
 use super::cluster_link::ClusterLink;
-use super::path::{LoopRow, Maps, Paths, Placed};
+use super::path::{LoopRow, Maps, Paths, RowPlace};
 use crate::constraint::scalar_constraint::ScalarRow;
 use crate::mechanism::Mechanism;
 use crate::pair::Twist;
 use crate::pair::joint::FrameId;
 use crate::tree::maps::TreeMaps;
-use crate::tree::{Link, Tree};
+use crate::tree::{Tree, TreeLink};
 use nalgebra::{DMatrix, Vector3};
 use vi_constraints::Constraints;
 use vi_core::Configuration;
 use vi_core::interval::Interval;
 use vi_core::linear::norm_inf;
-use vi_core::newton::{Block, BlockKind};
+use vi_core::newton::{BlockKind, UnknownBlock};
 use vi_core::state::Memory;
 use vi_rigid::directors;
 
@@ -27,7 +27,7 @@ pub(crate) struct Loops {
     pub(crate) clusters: Vec<Cluster>,
     pub(crate) home: Vec<(usize, usize)>, // link → cluster and place
     pub(crate) column_of: Vec<usize>,     // unknown → column of its cluster
-    pub(crate) blocks: Vec<Block>,
+    pub(crate) blocks: Vec<UnknownBlock>,
     count: usize, // rows of g_c
     // what one is for each unknown: 1 rad, or the longest lever arm of its component
     pub(super) weights: Vec<f64>,
@@ -76,9 +76,9 @@ impl Loops {
     }
 
     /// Where rows are evaluated at `q`, with the maps of the tree there.
-    pub(super) fn placed<'a>(&'a self, maps: Maps<'a>, q: &'a [f64]) -> Placed<'a> {
+    pub(super) fn placed<'a>(&'a self, maps: Maps<'a>, q: &'a [f64]) -> RowPlace<'a> {
         let Self { tree, home, column_of, .. } = self;
-        Placed { tree, maps, home, column_of, q, next: false, step: None }
+        RowPlace { tree, maps, home, column_of, q, next: false, step: None }
     }
 
     /// Degrees of freedom of the tree.
@@ -104,7 +104,7 @@ impl Loops {
     pub(crate) fn ranks(&mut self, q: &[f64]) -> Vec<usize> {
         self.tree.begin(q, None);
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         clusters.iter_mut().map(|cluster| cluster.rank_here(at, &[])).collect()
     }
 
@@ -126,7 +126,7 @@ impl Loops {
     /// The rank of some rows of `g_c` alone, at the configuration taken up last.
     pub(crate) fn rank_of(&mut self, rows: std::ops::Range<usize>, q: &[f64]) -> usize {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let of = |cluster: &mut Cluster| {
             let own = cluster.paths.rows.iter().enumerate();
             let own = own.filter(|(_, row)| rows.contains(&row.number)).map(|(i, _)| i);
@@ -177,8 +177,15 @@ impl Loops {
             self.tree.begin(&q, None);
             u.fill(0.0);
             let Self { tree, clusters, home, column_of, weights, .. } = self;
-            let at =
-                Placed { tree, maps: Maps::Pairs, home, column_of, q: &q, next: false, step: None };
+            let at = RowPlace {
+                tree,
+                maps: Maps::Pairs,
+                home,
+                column_of,
+                q: &q,
+                next: false,
+                step: None,
+            };
             let mut rank = 0;
             for cluster in clusters {
                 rank += cluster.rank_of_positions(at, &side);
@@ -214,7 +221,7 @@ impl Loops {
 }
 
 /// The links that feel a row, deepest first, and the one above them.
-struct Path {
+struct RowPath {
     links: Vec<usize>,
     apex: Option<usize>,
 }
@@ -222,7 +229,7 @@ struct Path {
 /// The path of each row. Its apex is the lowest link that carries all of its sides, where they turn
 /// with it: the child of a spherical pair does not, so its loop is felt by the rotation of what
 /// carries it. A row with a side on the ground is felt down to the root.
-fn paths(mechanism: &Mechanism, tree: &TreeMaps, rows: &[ScalarRow]) -> Vec<Path> {
+fn paths(mechanism: &Mechanism, tree: &TreeMaps, rows: &[ScalarRow]) -> Vec<RowPath> {
     let links = tree.tree().links();
     let q = mechanism.initial_configuration();
     let cut = mechanism.cut_joints().iter();
@@ -256,9 +263,9 @@ fn paths(mechanism: &Mechanism, tree: &TreeMaps, rows: &[ScalarRow]) -> Vec<Path
         };
         let own = below(apex);
         if own.iter().all(|&k| links[k].joint.kind.rotation_vector().is_none()) {
-            return Path { links: own, apex };
+            return RowPath { links: own, apex };
         }
-        Path { links: below(None), apex: None }
+        RowPath { links: below(None), apex: None }
     };
     rows.iter().zip(between).map(path).collect()
 }
@@ -278,7 +285,7 @@ fn is_balanced(row: &ScalarRow, q: &[f64]) -> bool {
 }
 
 /// Rows whose paths share a link, and the cluster and place of each link.
-fn clusters(tree: &Tree, paths: &[Path]) -> (Vec<Vec<usize>>, Vec<(usize, usize)>) {
+fn clusters(tree: &Tree, paths: &[RowPath]) -> (Vec<Vec<usize>>, Vec<(usize, usize)>) {
     let links = tree.links().len();
     let mut group: Vec<usize> = (0..paths.len()).collect(); // of each row: the first of its cluster
     fn first(group: &mut [usize], mut i: usize) -> usize {
@@ -332,7 +339,7 @@ fn cluster_links(tree: &Tree, home: &[(usize, usize)], count: usize) -> Vec<Vec<
 /// The blocks of a spanning tree's unknowns with floors at which round-off of the loop constraints
 /// is no correction.
 #[must_use]
-pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> {
+pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<UnknownBlock>) -> Vec<UnknownBlock> {
     const RELATIVE: f64 = 1e-5; // what Newton's method calls small of this is about 50 ε
     let extents = mechanism.point_sizes(&mechanism.initial_configuration());
     let links = mechanism.tree().links();
@@ -342,10 +349,11 @@ pub fn with_floors(mechanism: &Mechanism, mut blocks: Vec<Block>) -> Vec<Block> 
         _ => extent / arm,
     };
     for block in &mut blocks {
-        let ends = |link: &Link| link.offset + link.dof();
+        let ends = |link: &TreeLink| link.offset + link.dof();
         let first = links.partition_point(|link| ends(link) <= block.range.start);
         let own = links[first..].iter().take_while(|link| link.offset < block.range.end);
-        let floor = |link: &Link| of(block.kind, extents[link.frame], mechanism.arm_of(link.frame));
+        let floor =
+            |link: &TreeLink| of(block.kind, extents[link.frame], mechanism.arm_of(link.frame));
         let mut largest = own.filter(|link| link.dof() > 0).map(floor).fold(0.0, f64::max);
         if block.range.end > dof {
             // point masses follow the bodies

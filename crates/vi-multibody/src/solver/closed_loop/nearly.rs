@@ -15,8 +15,8 @@
 //! motion. Prescribed motions stand still on the way.
 use super::cluster::Cluster;
 use super::loops::Loops;
-use super::path::{Maps, Placed};
-use super::random::Random;
+use super::path::{Maps, RowPlace};
+use super::random::RandomNumbers;
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use crate::pair::joint::FrameId;
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ pub(super) struct Nearly {
 }
 
 /// What was found.
-pub(super) struct Found {
+pub(super) struct NearlyClosed {
     /// For each cluster; `None` where nothing is new.
     pub(super) clusters: Vec<Option<Nearly>>,
     /// The same for all constraints.
@@ -62,14 +62,19 @@ pub(super) struct Walk<'a> {
     pub(super) weights: Vec<f64>,       // what one is for each unknown: 1 rad, or ℓ
     scales: Vec<f64>, // row of g_c → one over what one is for it; 0: a prescribed motion
     pub(super) sizes: Vec<f64>, // ℓ of each cluster
-    pub(super) places: Places,
+    pub(super) places: JointPlaces,
     tolerance: f64,
     t: f64,
 }
 
 /// Constraints of the loops that nearly follow from others at `(t, q)`; `compared`: whether the
 /// rank of the loops was compared with that of configurations nearby.
-pub(super) fn find(mechanism: &Mechanism, t: f64, q: &[f64], compared: bool) -> Option<Found> {
+pub(super) fn find(
+    mechanism: &Mechanism,
+    t: f64,
+    q: &[f64],
+    compared: bool,
+) -> Option<NearlyClosed> {
     let tolerance = mechanism.loop_tolerance();
     if tolerance.is_nan() || tolerance <= RANK_TOLERANCE {
         return None;
@@ -95,7 +100,7 @@ pub(super) fn find(mechanism: &Mechanism, t: f64, q: &[f64], compared: bool) -> 
             }
         }
     };
-    let mut random = Random::FIRST;
+    let mut random = RandomNumbers::FIRST;
     let mut moved = vec![f64::INFINITY; strict.len()];
     for _ in 0..WALKS {
         let own = walk.walk(&q, &mut random, &mut take)?;
@@ -106,21 +111,21 @@ pub(super) fn find(mechanism: &Mechanism, t: f64, q: &[f64], compared: bool) -> 
     if !nearly.contains(&true) {
         return None;
     }
-    let constraints = walk.constraints((&nearly, &most), &q);
+    let constraints = walk.constraints(&nearly, &most, &q);
     let clusters = rows.into_iter().zip(rows_at_start).zip(&nearly);
     let clusters = clusters
         .map(|((rows, rows_at_start), nearly)| nearly.then_some(Nearly { rows, rows_at_start }));
-    Some(Found { clusters: clusters.collect(), constraints })
+    Some(NearlyClosed { clusters: clusters.collect(), constraints })
 }
 
 /// Which joint of the description a link of the tree has, and which joint a row of `g_c` belongs
 /// to.
-pub(super) struct Places {
+pub(super) struct JointPlaces {
     of_links: Vec<Option<usize>>,
     of_rows: Vec<Option<usize>>,
 }
 
-impl Places {
+impl JointPlaces {
     fn new(mechanism: &Mechanism) -> Self {
         let joints = mechanism.description().joints.iter().enumerate();
         let known: BTreeMap<&str, usize> = joints.map(|(k, joint)| (&*joint.name, k)).collect();
@@ -187,7 +192,7 @@ impl<'a> Walk<'a> {
             tolerance,
             t,
             sizes: Vec::new(),
-            places: Places::new(mechanism),
+            places: JointPlaces::new(mechanism),
             loops,
         };
         walk.measure(q);
@@ -264,9 +269,9 @@ impl<'a> Walk<'a> {
         tolerance: f64,
     ) -> Vec<usize> {
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let own = clusters.iter_mut().zip(rows);
-        own.map(|(cluster, rows)| cluster.rank_within(rows, (at, side), tolerance)).collect()
+        own.map(|(cluster, rows)| cluster.rank_within(rows, at, side, tolerance)).collect()
     }
 
     /// The shortest `u` with `J_r u` equal to `side`, where the tree stands at `q`.
@@ -342,7 +347,7 @@ impl<'a> Walk<'a> {
     fn walk(
         &mut self,
         q: &[f64],
-        random: &mut Random,
+        random: &mut RandomNumbers,
         take: &mut impl FnMut(&mut Self, &[f64]),
     ) -> Option<Vec<f64>> {
         let mut q = q.to_vec();
@@ -365,7 +370,7 @@ impl<'a> Walk<'a> {
     fn rates(&mut self, q: &[f64], z: &[f64]) -> Vec<f64> {
         let mut rates = vec![0.0; self.scales.len()];
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         for cluster in clusters {
             let columns = cluster.paths.columns.clone();
             for i in 0..cluster.paths.rows.len() {
@@ -401,7 +406,7 @@ impl<'a> Walk<'a> {
         const SMALLEST: f64 = 1e-9;
         self.loops.tree.begin(q, None);
         let Loops { tree, clusters, home, column_of, .. } = &mut self.loops;
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let (mut clear, mut near) = (1.0_f64, SMALLEST);
         let own = clusters.iter_mut().zip(&self.all).zip(ranks);
         for ((cluster, rows), rank) in own.filter_map(|(own, rank)| Some((own, (*rank)?))) {
@@ -412,7 +417,7 @@ impl<'a> Walk<'a> {
     }
 
     /// What clusters allow their constraints; `most`: their ranks.
-    fn constraints(&mut self, (nearly, most): (&[bool], &[usize]), q: &[f64]) -> NearlyRedundant {
+    fn constraints(&mut self, nearly: &[bool], most: &[usize], q: &[f64]) -> NearlyRedundant {
         let mut allowances = vec![0.0; vi_constraints::Constraints::len(self.mechanism)];
         let numbers = self.mechanism.loop_rows();
         let own = self.loops.clusters.iter().zip(nearly).filter(|(_, nearly)| **nearly);

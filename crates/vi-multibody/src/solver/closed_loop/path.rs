@@ -46,7 +46,7 @@ pub(in crate::solver) enum Maps<'a> {
 
 /// Where rows are evaluated.
 #[derive(Clone, Copy)]
-pub(crate) struct Placed<'a> {
+pub(crate) struct RowPlace<'a> {
     /// The velocity maps of the joints.
     pub(crate) tree: &'a TreeMaps,
     /// Where these maps are.
@@ -63,7 +63,7 @@ pub(crate) struct Placed<'a> {
     pub(crate) step: Option<&'a Interval>,
 }
 
-impl Placed<'_> {
+impl RowPlace<'_> {
     /// The gradient of a row, or its derivative by the end of the step, as wrenches.
     #[inline]
     fn for_each_wrench(&self, row: &ScalarRow, visit: impl FnMut(usize, Twist)) {
@@ -131,7 +131,8 @@ impl Paths {
     /// Refers rows that are products on two links to the links of sweeps.
     pub(super) fn compact_rows(
         &mut self,
-        (tree, home): (&TreeMaps, &[(usize, usize)]),
+        tree: &TreeMaps,
+        home: &[(usize, usize)],
         links: Links<'_>,
     ) {
         for row in &self.rows {
@@ -163,7 +164,7 @@ impl Paths {
     }
 
     /// Row `i` of `G_c P_tree`: its wrenches carried to its apex.
-    pub(super) fn write_row(&mut self, i: usize, at: Placed<'_>) -> &[Entry] {
+    pub(super) fn write_row(&mut self, i: usize, at: RowPlace<'_>) -> &[Entry] {
         match at.maps {
             Maps::Columns(columns) => self.gather_row(i, at, columns),
             _ => self.carry_row(i, at),
@@ -171,8 +172,8 @@ impl Paths {
         &self.row
     }
 
-    fn carry_row(&mut self, i: usize, at: Placed<'_>) {
-        let Placed { tree, home, next, .. } = at;
+    fn carry_row(&mut self, i: usize, at: RowPlace<'_>) {
+        let RowPlace { tree, home, next, .. } = at;
         let Self { rows, links, wrenches, row: out, .. } = self;
         let row = &rows[i];
         at.for_each_wrench(&row.row, |frame, wrench| {
@@ -195,7 +196,7 @@ impl Paths {
         }
     }
 
-    fn gather_row(&mut self, i: usize, at: Placed<'_>, maps: &SparseNodal) {
+    fn gather_row(&mut self, i: usize, at: RowPlace<'_>, maps: &SparseNodal) {
         let Self { rows, links, values, row: out, .. } = self;
         let row = &rows[i];
         at.for_each_wrench(&row.row, |frame, wrench| {
@@ -213,7 +214,7 @@ impl Paths {
     }
 
     /// All rows, scaled, with the right-hand sides of `side` where there are any.
-    pub(super) fn fill(&mut self, echelon: &mut Echelon, at: Placed<'_>, side: &[f64]) {
+    pub(super) fn fill(&mut self, echelon: &mut Echelon, at: RowPlace<'_>, side: &[f64]) {
         self.fill_with(echelon, 0..self.rows.len(), at, side);
     }
 
@@ -222,7 +223,7 @@ impl Paths {
         &mut self,
         echelon: &mut Echelon,
         rows: impl Iterator<Item = usize>,
-        at: Placed<'_>,
+        at: RowPlace<'_>,
         side: &[f64],
     ) {
         echelon.clear();
@@ -243,7 +244,7 @@ impl Paths {
         &mut self,
         echelon: &mut Echelon,
         i: usize,
-        at: Placed<'_>,
+        at: RowPlace<'_>,
         right: Option<Entry>,
     ) {
         let scale = self.rows[i].scale;
@@ -255,7 +256,7 @@ impl Paths {
         &mut self,
         echelon: &mut Echelon,
         rows: impl Iterator<Item = usize>,
-        at: (Placed<'_>, Links<'_>),
+        at: (RowPlace<'_>, Links<'_>),
     ) {
         self.kept.clear();
         let mut rows = rows.peekable();
@@ -283,7 +284,7 @@ impl Paths {
     }
 
     /// Up to four rows of `G_c P_tree`, side by side; those of one path at a time.
-    pub(super) fn write_four(&mut self, own: &[usize], (at, links): (Placed<'_>, Links<'_>)) {
+    pub(super) fn write_four(&mut self, own: &[usize], (at, links): (RowPlace<'_>, Links<'_>)) {
         let (mut first, mut last) = (0, LastForm::NONE);
         while let Some(&i) = own.get(first) {
             let alongside = own[first..].iter().take_while(|&&j| self.is_alongside(i, j)).count();
@@ -291,7 +292,7 @@ impl Paths {
             for row in first..first + alongside {
                 let Self { rows, four, closures, .. } = self;
                 let put = |k, force, moment| four.add_wrench((k, row), force, moment);
-                if closures.for_each_wrench(own[row], (at.q, &mut last), put) {
+                if closures.for_each_wrench(own[row], at.q, &mut last, put) {
                     continue;
                 }
                 at.for_each_wrench(&rows[own[row]].row, |frame, wrench| {
@@ -304,7 +305,7 @@ impl Paths {
                 });
             }
             let (row, next) = (&self.rows[i], at.next);
-            self.four.carry(&self.links, (&row.path, row.apex), (links, next));
+            self.four.carry(&self.links, &row.path, row.apex, links, next);
             first += alongside;
         }
     }

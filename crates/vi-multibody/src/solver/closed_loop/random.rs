@@ -1,9 +1,9 @@
 //! Numbers without a pattern.
 
 /// Numbers in [−1, 1), the same in every run.
-pub(super) struct Random(u64);
+pub(super) struct RandomNumbers(u64);
 
-impl Random {
+impl RandomNumbers {
     /// The first of them.
     pub(super) const FIRST: Self = Self(0x9e37_79b9_7f4a_7c15);
 

@@ -10,11 +10,11 @@
 
 use super::cluster_link::ClusterLink;
 use super::echelon::Entry;
-use super::four_rows::{Four, hold, in_registers, take};
+use super::four_rows::{FourRows, hold, in_registers, take};
 use super::row_columns::{
     add, enter, get, multiply, pass, pass_transposed, put, rotate, rotate_transposed, zero,
 };
-use crate::geometry::members::Screw;
+use crate::geometry::members::LanesScrew;
 use crate::geometry::space::Space;
 use crate::solver::tree_step::part::Links;
 use crate::sweep::columns::{Column, Motion};
@@ -55,10 +55,10 @@ impl Kept {
 
 /// Four rows on the links of a cluster.
 pub(crate) struct RowSweeps {
-    pub(in crate::solver) values: Vec<Four>,   // of each column
+    pub(in crate::solver) values: Vec<FourRows>, // of each column
     pub(in crate::solver) touched: Vec<usize>, // links up to the apex of the cluster, deepest first
     // of the links of a path, or of the touched, as the sweeps come to them
-    wrenches: Vec<[Four; 6]>,
+    wrenches: Vec<[FourRows; 6]>,
     place: Vec<u32>,   // of each link among these
     marked: Vec<bool>, // links
 }
@@ -125,10 +125,12 @@ impl RowSweeps {
     pub(in crate::solver) fn carry(
         &mut self,
         links: &[ClusterLink],
-        (path, apex): (&[usize], Option<usize>),
-        (at, next): (Links<'_>, bool),
+        path: &[usize],
+        apex: Option<usize>,
+        at: Links<'_>,
+        next: bool,
     ) {
-        in_registers!(lanes => self.carry_in(lanes, links, (path, apex), (at, next)))
+        in_registers!(lanes => self.carry_in(lanes, links, path, apex, at, next))
     }
 
     #[inline(always)]
@@ -136,8 +138,10 @@ impl RowSweeps {
         &mut self,
         lanes: T,
         links: &[ClusterLink],
-        (path, apex): (&[usize], Option<usize>),
-        (at, next): (Links<'_>, bool),
+        path: &[usize],
+        apex: Option<usize>,
+        at: Links<'_>,
+        next: bool,
     ) {
         for (place, &k) in path.iter().enumerate() {
             let link = &links[k];
@@ -199,7 +203,7 @@ impl RowSweeps {
         lanes: T,
         links: &[ClusterLink],
         at: Links<'_>,
-    ) -> [Four; 6] {
+    ) -> [FourRows; 6] {
         self.sweep(
             lanes,
             links,
@@ -242,7 +246,7 @@ impl RowSweeps {
         lanes: T,
         links: &[ClusterLink],
         at: Links<'_>,
-    ) -> [Four; 6] {
+    ) -> [FourRows; 6] {
         self.sweep(
             lanes,
             links,
@@ -287,9 +291,9 @@ impl RowSweeps {
         &mut self,
         lanes: T,
         links: &[ClusterLink],
-        each: impl Fn(usize, &mut [Four], &[Four; 6]) -> (Screw<T::Lanes>, [f64; 3]),
-    ) -> [Four; 6] {
-        let mut out = Screw::zero(lanes);
+        each: impl Fn(usize, &mut [FourRows], &[FourRows; 6]) -> (LanesScrew<T::Lanes>, [f64; 3]),
+    ) -> [FourRows; 6] {
+        let mut out = LanesScrew::zero(lanes);
         for i in 0..self.touched.len() {
             let k = self.touched[i];
             let link = &links[k];
@@ -311,7 +315,7 @@ impl RowSweeps {
         lanes: T,
         parent: usize,
         lever: &[f64; 3],
-        p: Screw<T::Lanes>,
+        p: LanesScrew<T::Lanes>,
     ) {
         let own = &mut self.wrenches[self.place[parent] as usize];
         let mut sum = take(lanes, own);
@@ -329,8 +333,8 @@ fn number(links: &[usize], place: &mut [u32]) {
 fn add_transposed<T: Register>(
     lanes: T,
     lever: &[f64; 3],
-    w: Screw<T::Lanes>,
-    out: &mut Screw<T::Lanes>,
+    w: LanesScrew<T::Lanes>,
+    out: &mut LanesScrew<T::Lanes>,
 ) {
     *out = out.plus(w.at_start_of(lanes.vector(*lever)));
 }

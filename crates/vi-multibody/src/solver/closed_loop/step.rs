@@ -13,7 +13,7 @@
 use super::loop_rank::{Departure, LoopRank};
 use super::loops::Loops;
 use super::path::Maps;
-use super::sweep::Resolution;
+use super::sweep::LoopResolution;
 use crate::mechanism::Mechanism;
 use crate::solver::tree_step::TreeStep;
 use vi_constraints::nodal::NodalEquations;
@@ -21,7 +21,7 @@ use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
 use vi_core::SeparableSystem;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, Precision, largest_rotation};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock, largest_rotation};
 use vi_core::state::State;
 
 crate::opaque_debug!(LoopStep);
@@ -32,7 +32,7 @@ pub struct LoopStep {
     loops: Loops,
     increments: Increments,
     rates: Option<Vec<f64>>, // d  ν(0), where the first step cannot start from u = 0
-    resolution: Resolution,
+    resolution: LoopResolution,
     fresh: bool, // rows not chosen yet in this step
 }
 
@@ -43,7 +43,7 @@ impl LoopStep {
         let mut tree = TreeStep::beneath_loops(mechanism, system)?;
         let mut loops = rank.loops(mechanism);
         loops.carry(tree.system().0);
-        let (resolution, fresh) = (Resolution::full(), true);
+        let (resolution, fresh) = (LoopResolution::full(), true);
         let increments = Increments::new(loops.blocks.clone());
         Some(Self { tree, loops, increments, rates: None, resolution, fresh })
     }
@@ -64,7 +64,7 @@ impl LoopStep {
 }
 
 impl NodalEquations<SeparableSystem, Mechanism> for LoopStep {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.increments.blocks()
     }
 

@@ -5,7 +5,7 @@
 
 use super::loops::Loops;
 use super::nearly::Walk;
-use super::path::{Maps, Placed};
+use super::path::{Maps, RowPlace};
 use crate::mechanism::{Mechanism, NearlyRedundant};
 use nalgebra::DMatrix;
 use vi_constraints::null_space::RANK_TOLERANCE;
@@ -72,7 +72,7 @@ impl Walk<'_> {
         if m.max(n) > LARGEST || m.min(n) == 0 {
             return None;
         }
-        let at = Placed { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps: Maps::Pairs, home, column_of, q, next: false, step: None };
         let mut J = DMatrix::zeros(m, n);
         for (place, &i) in rows.iter().enumerate() {
             let scale = cluster.paths.rows[i].scale;

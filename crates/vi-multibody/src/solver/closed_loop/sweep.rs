@@ -4,9 +4,9 @@
 use super::cluster::{Cluster, Recall};
 use super::cluster_link::ClusterLink;
 use super::loops::Loops;
-use super::path::{Maps, Placed};
+use super::path::{Maps, RowPlace};
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::HeldVector;
 use crate::solver::enforced::Enforced;
 use crate::solver::tree_step::workspace::Workspace;
 use nalgebra::DMatrix;
@@ -23,12 +23,12 @@ const PARTS: f64 = 8.0;
 
 /// How precisely the loops determine the increments of a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
+pub(super) struct LoopResolution {
     sigma: f64, // smallest pivot at q_{n+1}
     reach: f64, // largest increment of the first trial
 }
 
-impl Resolution {
+impl LoopResolution {
     /// Of a step that has not begun.
     pub(super) fn full() -> Self {
         Self { sigma: 1.0, reach: 1.0 }
@@ -75,7 +75,7 @@ impl Loops {
     /// Prepares for the sweeps `at` of the tree.
     pub(super) fn carry(&mut self, at: &mut Workspace) {
         let Self { tree, clusters, home, .. } = self;
-        clusters.iter_mut().for_each(|own| own.carry((tree, home), at.at_links()));
+        clusters.iter_mut().for_each(|own| own.carry(tree, home, at.at_links()));
         let mut links = clusters.iter().flat_map(|cluster| &cluster.paths.links);
         let turns = |own: &ClusterLink| {
             tree.tree().links()[own.link].joint.kind.rotation_vector().is_some()
@@ -97,17 +97,17 @@ impl Loops {
     pub(super) fn begin(&mut self, maps: Maps<'_>, q: &[f64], memory: &Memory) {
         let Self { tree, clusters, home, column_of, initial, .. } = self;
         let mut recall = Recall::new(if memory.indices.is_empty() { initial } else { memory });
-        let at = Placed { tree, maps, home, column_of, q, next: false, step: None };
+        let at = RowPlace { tree, maps, home, column_of, q, next: false, step: None };
         clusters.iter_mut().for_each(|cluster| cluster.begin(at, &mut recall));
     }
 
     /// The rows to enforce, from the first trial `u` of the step and its `q_{n+1}`.
-    pub(super) fn choose_rows(&mut self, maps: Maps<'_>, q: &[f64], u: &[f64]) -> Resolution {
+    pub(super) fn choose_rows(&mut self, maps: Maps<'_>, q: &[f64], u: &[f64]) -> LoopResolution {
         let Self { tree, clusters, home, column_of, .. } = self;
-        let at = Placed { tree, maps, home, column_of, q, next: true, step: None };
+        let at = RowPlace { tree, maps, home, column_of, q, next: true, step: None };
         let reach = norm_inf(u).max(SMALLEST_REACH);
         let smallest = clusters.iter_mut().map(|cluster| cluster.choose_rows(at, reach));
-        Resolution { sigma: smallest.fold(1.0, f64::min), reach }
+        LoopResolution { sigma: smallest.fold(1.0, f64::min), reach }
     }
 
     /// One sweep to the root and one back, clusters at their apexes. Solves at the increments `u`,
@@ -115,7 +115,7 @@ impl Loops {
     /// right-hand side of these blocks, then `δ`.
     pub(super) fn solve(
         &mut self,
-        (at, added, enforced): (&mut Workspace, &[Spatial<Held>], Enforced<'_>),
+        (at, added, enforced): (&mut Workspace, &[Spatial<HeldVector>], Enforced<'_>),
         u: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {
@@ -129,8 +129,8 @@ impl Loops {
             rest = first;
             let links = at.at_links();
             let maps = Maps::Sweeps(links);
-            let placed = Placed { tree, maps, home, column_of, q, next: true, step };
-            cluster.eliminate((placed, links), x)?;
+            let placed = RowPlace { tree, maps, home, column_of, q, next: true, step };
+            cluster.eliminate(placed, links, x)?;
             if let Some(sums) = cluster.apex().and_then(|apex| at.sums_mut(apex)) {
                 cluster.relieve(sums);
             }
@@ -202,7 +202,7 @@ mod tests {
             Spatial { ll: diagonal(m), la, al, aa: diagonal(0.7 * m) }.held()
         };
         let tree = mechanism.tree();
-        let blocks: Vec<Spatial<Held>> = (0..tree.links().len()).map(mass).collect();
+        let blocks: Vec<Spatial<HeldVector>> = (0..tree.links().len()).map(mass).collect();
         let (none, rest) = (vec![0.0; q.len()], vec![0.0; tree.dof()]);
         let [few, many] = [false, true].map(|large| {
             let (mut loops, mut at) = (rank.loops(&mechanism), Workspace::massless(tree).unwrap());

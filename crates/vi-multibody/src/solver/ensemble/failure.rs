@@ -7,7 +7,7 @@ use vi_constraints::{Constraints, SchemeKind};
 
 /// A member that has failed: it stands at the node before the step that was refused.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Failure<'a> {
+pub struct MemberFailure<'a> {
     /// Its number in the ensemble.
     pub member: usize,
     /// The node where it stands.
@@ -21,12 +21,13 @@ pub struct Failure<'a> {
     pub place: Option<String>,
 }
 
-impl<'a> Failure<'a> {
+impl<'a> MemberFailure<'a> {
     /// `scheme`: of the step.
     pub(super) fn new(
         member: usize,
         run: &MechanismIntegrator,
-        (scheme, error): (SchemeKind, &'a StepError),
+        scheme: SchemeKind,
+        error: &'a StepError,
     ) -> Self {
         let (state, mechanism) = (run.state(), run.constraints());
         let along = matches!(scheme, SchemeKind::Nodal | SchemeKind::Reduced);
@@ -43,7 +44,7 @@ impl<'a> Failure<'a> {
     }
 }
 
-impl fmt::Display for Failure<'_> {
+impl fmt::Display for MemberFailure<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { member, step, t, error, place } = self;
         write!(f, "member {member}, step {step}, t = {t} s: {error}")?;

@@ -1,8 +1,8 @@
 //! Members in the lanes of one kernel: their states in and out, steps, failures.
 
-use super::kernel::{Kernel, Lane};
+use super::kernel::{Kernel, LaneState};
 use super::link::MOST;
-use super::member::{LaneOf, Member, Model};
+use super::member::{EnsembleMember, LaneOf, MemberModel};
 use crate::geometry::one_tree::One;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::link::Link;
@@ -15,7 +15,7 @@ use vi_core::lanes::{Lanes, Plain, Register, Twice};
 use vi_core::newton::NewtonSettings;
 
 /// Reads members after their steps.
-pub(super) trait Reader {
+pub(super) trait MemberReader {
     /// Whether a member, by its number in the group, is read after each step.
     fn wants(&self, member: usize) -> bool;
     /// Reads it.
@@ -34,13 +34,13 @@ pub(super) trait Group: Send + Debug {
         members: &mut [MechanismIntegrator],
         failures: &mut [Option<StepError>],
         steps: u64,
-        reader: &mut dyn Reader,
+        reader: &mut dyn MemberReader,
     );
 }
 
 /// The first of the members in as many lanes as they fill; `None` where their topologies differ.
 pub(super) fn wide(
-    models: &[Model],
+    models: &[MemberModel],
     members: &[MechanismIntegrator],
     options: &Options,
 ) -> Option<Box<dyn Group>> {
@@ -63,8 +63,8 @@ fn boxed<T: Register>(group: Option<Lanewise<T>>) -> Option<Box<dyn Group>> {
 #[derive(Debug)]
 pub(super) struct Lanewise<T: Register> {
     kernel: Kernel<T>,
-    own: Vec<Member>, // beside their lanes
-    alone: u64,       // steps
+    own: Vec<EnsembleMember>, // beside their lanes
+    alone: u64,               // steps
     sub_steps: Vec<f64>,
     newton: NewtonSettings,
     step: f64,    // s
@@ -74,7 +74,7 @@ pub(super) struct Lanewise<T: Register> {
 impl<T: Register> Lanewise<T> {
     fn new(
         lanes: T,
-        models: &[Model],
+        models: &[MemberModel],
         members: &[MechanismIntegrator],
         options: &Options,
     ) -> Option<Self> {
@@ -83,9 +83,12 @@ impl<T: Register> Lanewise<T> {
         let links: Vec<&[Link<One>]> = (0..T::Lanes::COUNT).map(|k| &of(k).links[..]).collect();
         let weights: Vec<Vec<f64>> = (0..T::Lanes::COUNT).map(|k| of(k).weight.clone()).collect();
         let sub_steps = of(0).sub_steps.clone();
-        let own: Vec<Member> =
-            models.iter().zip(&members[..count]).map(|(of, run)| Member::new(of, run)).collect();
-        let kernel = Kernel::new(lanes, (&links, &weights), &own, sub_steps.len())?;
+        let own: Vec<EnsembleMember> = models
+            .iter()
+            .zip(&members[..count])
+            .map(|(of, run)| EnsembleMember::new(of, run))
+            .collect();
+        let kernel = Kernel::new(lanes, &links, &weights, &own, sub_steps.len())?;
         let (newton, step) = (options.newton, options.step);
         Some(Self { kernel, own, alone: 0, sub_steps, newton, step, raised: true })
     }
@@ -101,10 +104,10 @@ impl<T: Register> Lanewise<T> {
 
     /// Moves the integrator of a member to the start of the macro step, of which `undone` sub-steps
     /// were taken.
-    fn bring(&mut self, (lane, undone): (usize, usize), run: &mut MechanismIntegrator) {
+    fn bring(&mut self, lane: usize, undone: usize, run: &mut MechanismIntegrator) {
         let now = &mut self.own[lane].now;
         if run.state().step != now.step {
-            self.kernel.write((lane, undone), now);
+            self.kernel.write(lane, undone, now);
             run.place_at(now);
         }
     }
@@ -112,7 +115,7 @@ impl<T: Register> Lanewise<T> {
     /// The floors of the increments for a sub-step of length `h`.
     fn raise_floors(&mut self, members: &[MechanismIntegrator], h: f64) {
         let (fastest, lanes) = (self.kernel.fastest(), self.kernel.lanes);
-        let raises = |(lane, (run, own)): (usize, (&MechanismIntegrator, &Member))| {
+        let raises = |(lane, (run, own)): (usize, (&MechanismIntegrator, &EnsembleMember))| {
             own.has_body_forces() || run.constraints().raises_floors(h.abs() * fastest.at(lane))
         };
         let raised = members.iter().zip(&self.own).enumerate().any(raises);
@@ -132,7 +135,7 @@ impl<T: Register> Lanewise<T> {
     /// The lanes whose members move.
     fn moving(&self) -> impl Iterator<Item = usize> + use<T> {
         let what = self.kernel.what;
-        (0..self.own.len()).filter(move |lane| what[*lane] != Lane::Idle)
+        (0..self.own.len()).filter(move |lane| what[*lane] != LaneState::Idle)
     }
 
     /// A macro step of all lanes that are not idle. A member whose lane is refused takes it alone.
@@ -140,19 +143,19 @@ impl<T: Register> Lanewise<T> {
         &mut self,
         members: &mut [MechanismIntegrator],
         failures: &mut [Option<StepError>],
-        reader: &mut dyn Reader,
+        reader: &mut dyn MemberReader,
     ) {
         let count = self.sub_steps.len();
         let (mut alone, mut off) = ([false; MOST], 0);
         let reads = self.own.iter().any(|own| own.is_read);
         for lane in self.moving().filter(|_| reads) {
             if self.own[lane].is_read {
-                self.bring((lane, 0), &mut members[lane]);
+                self.bring(lane, 0, &mut members[lane]);
             }
         }
         if count > 1 {
             self.kernel.keep_start();
-            self.own.iter_mut().for_each(Member::keep_start);
+            self.own.iter_mut().for_each(EnsembleMember::keep_start);
         }
         for index in 0..count {
             let h = self.sub_steps[index] * self.step;
@@ -165,31 +168,31 @@ impl<T: Register> Lanewise<T> {
                 }
             }
             self.raise_floors(members, h);
-            self.kernel.solve((index, h), (members, &mut self.own), &self.newton);
+            self.kernel.solve(index, h, members, &mut self.own, &self.newton);
             for lane in self.moving() {
-                if self.kernel.what[lane] == Lane::Refused {
-                    (self.kernel.what[lane], alone[lane]) = (Lane::Idle, true);
-                    failures[lane] = self.take_alone((lane, index), &mut members[lane]).err();
+                if self.kernel.what[lane] == LaneState::Refused {
+                    (self.kernel.what[lane], alone[lane]) = (LaneState::Idle, true);
+                    failures[lane] = self.take_alone(lane, index, &mut members[lane]).err();
                 }
             }
-            off = self.kernel.end((index, h), members, &mut self.own);
+            off = self.kernel.end(index, h, members, &mut self.own);
             for lane in self.moving() {
                 let (own, run) = (&mut self.own[lane], &members[lane]);
                 let t_end = own.end_of(h, last);
-                own.move_on(LaneOf { lane, run }, (t_end, last.is_some()), &self.kernel.q);
+                own.move_on(LaneOf { lane, run }, t_end, last.is_some(), &self.kernel.q);
             }
         }
         for lane in 0..self.own.len() {
             let run = &mut members[lane];
             if alone[lane] && failures[lane].is_none() {
                 self.load(lane, run);
-            } else if self.kernel.what[lane] == Lane::Idle {
+            } else if self.kernel.what[lane] == LaneState::Idle {
                 continue;
             } else if self.own[lane].is_read {
                 failures[lane] = self.give_back(lane, off & (1 << lane) == 0, run).err();
             }
             if failures[lane].is_some() {
-                self.kernel.what[lane] = Lane::Idle;
+                self.kernel.what[lane] = LaneState::Idle;
             } else if reads && reader.wants(lane) {
                 reader.read(lane, run);
             }
@@ -205,14 +208,15 @@ impl<T: Register> Lanewise<T> {
     ) -> Result<(), StepError> {
         let own = &mut self.own[lane];
         own.close(lane, self.kernel.last_change());
-        self.kernel.write((lane, 0), &mut own.now);
+        self.kernel.write(lane, 0, &mut own.now);
         run.take_over(&own.now, &mut own.s, is_clean)
     }
 
     /// A macro step by the integrator of the member, after `undone` sub-steps in its lane.
     fn take_alone(
         &mut self,
-        (lane, undone): (usize, usize),
+        lane: usize,
+        undone: usize,
         run: &mut MechanismIntegrator,
     ) -> Result<(), StepError> {
         self.alone += 1;
@@ -220,7 +224,7 @@ impl<T: Register> Lanewise<T> {
             self.kernel.return_to_start(lane);
             self.own[lane].return_to_start();
         }
-        self.bring((lane, undone), run);
+        self.bring(lane, undone, run);
         run.step().map(|_| ())
     }
 }
@@ -239,12 +243,12 @@ impl<T: Register> Group for Lanewise<T> {
         members: &mut [MechanismIntegrator],
         failures: &mut [Option<StepError>],
         steps: u64,
-        reader: &mut dyn Reader,
+        reader: &mut dyn MemberReader,
     ) {
         for (lane, (member, failure)) in members.iter().zip(failures.iter()).enumerate() {
             self.load(lane, member);
             if failure.is_some() {
-                self.kernel.what[lane] = Lane::Idle;
+                self.kernel.what[lane] = LaneState::Idle;
             }
         }
         for (lane, own) in self.own.iter_mut().enumerate() {

@@ -1,8 +1,10 @@
-//! Initial guesses for all members of a group: [`vi_core::predictor::History`] in lanes.
+//! Initial guesses for all members of a group: [`vi_core::predictor::IncrementHistory`] in lanes.
 
 use super::link::{MOST, put_lane, take_lane};
 use vi_core::lanes::{Lanes, Register};
-use vi_core::predictor::{DEPTH, History, NODES, Place, SubStepWeights, Weights, terms};
+use vi_core::predictor::{
+    DEPTH, IncrementHistory, NODES, SubStepPlace, SubStepWeights, Weights, terms,
+};
 
 /// Increments that are kept of a sub-step: one more than are used, for a macro step that is taken
 /// back.
@@ -52,7 +54,7 @@ impl<T: Register> LaneHistory<T> {
     }
 
     /// Takes the history of a member into a lane.
-    pub(super) fn load(&mut self, lane: usize, history: &History) {
+    pub(super) fn load(&mut self, lane: usize, history: &IncrementHistory) {
         for k in 0..self.newest.len() {
             let count = history.count(k);
             self.known[k][lane] = (history.step(k), count);
@@ -71,7 +73,7 @@ impl<T: Register> LaneHistory<T> {
 
     /// Writes what a lane knew before the last increment of each of the first `undone` sub-steps
     /// was remembered.
-    pub(super) fn write(&self, lane: usize, undone: usize, out: &mut History) {
+    pub(super) fn write(&self, lane: usize, undone: usize, out: &mut IncrementHistory) {
         out.fit(self.unknowns, self.newest.len(), 0..0);
         for k in 0..self.newest.len() {
             let (known, newest) =
@@ -133,9 +135,10 @@ impl<T: Register> LaneHistory<T> {
     /// The sub-steps before sub-step `k`, where a lane knows all of them.
     fn others(&self, k: usize) -> Option<Others<'_>> {
         let weights = self.weights.of(k)?;
-        let before: [Place; NODES] = std::array::from_fn(|a| Place::before(k, a, self.known.len()));
+        let before: [SubStepPlace; NODES] =
+            std::array::from_fn(|a| SubStepPlace::before(k, a, self.known.len()));
         let knows = |lane: usize| {
-            let is_known = |place: &Place| place.age < self.known[place.index][lane].1;
+            let is_known = |place: &SubStepPlace| place.age < self.known[place.index][lane].1;
             lane < T::Lanes::COUNT && before.iter().all(is_known)
         };
         let known = std::array::from_fn(knows);

@@ -2,27 +2,29 @@
 
 use super::history::LaneHistory;
 use super::link::{self, MOST, put_lane, take_lane};
-use super::member::{LaneOf, Member};
+use super::member::{EnsembleMember, LaneOf};
 use crate::geometry::matrix::{Columns, Spatial};
-use crate::geometry::members::{Each, Vector};
+use crate::geometry::members::{EachMember, LanesVector};
 use crate::geometry::one_tree::One;
 use crate::geometry::space::Space;
 use crate::solver::run::MechanismIntegrator;
 use crate::sweep::advance::{Seen, Turn, advance};
-use crate::sweep::eliminate::{Part, eliminate};
-use crate::sweep::finish::{Ends, Next, close, finish};
+use crate::sweep::eliminate::{UpToApex, eliminate};
+use crate::sweep::finish::{Next, StepEnds, close, finish};
 use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work, column_mut};
 use crate::sweep::open::open;
 use crate::sweep::pull_back::pull_back;
 use crate::sweep::substitute::substitute;
 use vi_core::lanes::{Lanes, Register};
-use vi_core::newton::{Block, BlockKind, Convergence, Limits, NewtonSettings, Precision};
+use vi_core::newton::{
+    BlockKind, Convergence, CorrectionLimits, NewtonSettings, Precision, UnknownBlock,
+};
 use vi_core::state::State;
 use vi_rigid::rotation::MAX_ROTATION;
 
 /// What a lane is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Lane {
+pub(super) enum LaneState {
     /// It is corrected by Newton's method.
     Running,
     /// Its step is solved.
@@ -37,21 +39,21 @@ pub(super) enum Lane {
 #[derive(Debug)]
 pub(super) struct Kernel<T: Register> {
     pub(super) lanes: T,
-    links: Vec<Link<Each<T::Lanes>>>,
-    works: Vec<Work<Each<T::Lanes>>>,
-    columns: Vec<ColumnWork<Each<T::Lanes>>>, // d
-    turns: Vec<Turn<T::Lanes>>,               // d
-    gains: Vec<Gain<Each<T::Lanes>>>,
-    sums: Vec<Sums<Each<T::Lanes>>>,
-    part: Part<Each<T::Lanes>>,
-    weight: Vec<T::Lanes>,                  // n  constant forces
-    impulse: Vec<T::Lanes>,                 // n  of them in half a step
-    pub(super) q: Vec<T::Lanes>,            // n
-    pub(super) p: Vec<T::Lanes>,            // n
-    pub(super) compensation: Vec<T::Lanes>, // n
-    pub(super) balance: Vec<T::Lanes>,      // d  residual of the last balance
-    acts_along: bool,                       // whether anything acts along unknowns of any member
-    added: Vec<Spatial<Vector<T::Lanes>>>,  // what acts on bodies adds to their blocks, if any does
+    links: Vec<Link<EachMember<T::Lanes>>>,
+    works: Vec<Work<EachMember<T::Lanes>>>,
+    columns: Vec<ColumnWork<EachMember<T::Lanes>>>, // d
+    turns: Vec<Turn<T::Lanes>>,                     // d
+    gains: Vec<Gain<EachMember<T::Lanes>>>,
+    sums: Vec<Sums<EachMember<T::Lanes>>>,
+    part: UpToApex<EachMember<T::Lanes>>,
+    weight: Vec<T::Lanes>,                      // n  constant forces
+    impulse: Vec<T::Lanes>,                     // n  of them in half a step
+    pub(super) q: Vec<T::Lanes>,                // n
+    pub(super) p: Vec<T::Lanes>,                // n
+    pub(super) compensation: Vec<T::Lanes>,     // n
+    pub(super) balance: Vec<T::Lanes>,          // d  residual of the last balance
+    acts_along: bool, // whether anything acts along unknowns of any member
+    added: Vec<Spatial<LanesVector<T::Lanes>>>, // what acts on bodies adds to their blocks, if any does
     pub(super) history: LaneHistory<T>,
     end: Vec<T::Lanes>,               // n  q_{n+1} as the step computed it
     next: Vec<T::Lanes>,              // n  q_{n+1} without round-off
@@ -61,10 +63,10 @@ pub(super) struct Kernel<T: Register> {
     r: Vec<T::Lanes>,                 // d
     x: Vec<T::Lanes>,                 // d
     pub(super) floors: Vec<T::Lanes>, // of the blocks
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     scratch: Vec<f64>,         // n
     start: [Vec<T::Lanes>; 4], // of a composition: q, p, compensation, balance
-    pub(super) what: [Lane; MOST],
+    pub(super) what: [LaneState; MOST],
 }
 
 impl<T: Register> Kernel<T> {
@@ -72,8 +74,9 @@ impl<T: Register> Kernel<T> {
     /// composition of `sub_steps`.
     pub(super) fn new(
         lanes: T,
-        (members, weights): (&[&[Link<One>]], &[Vec<f64>]),
-        own: &[Member],
+        members: &[&[Link<One>]],
+        weights: &[Vec<f64>],
+        own: &[EnsembleMember],
         sub_steps: usize,
     ) -> Option<Self> {
         let tree = &own[0].tree;
@@ -81,7 +84,7 @@ impl<T: Register> Kernel<T> {
         let (n, d, count) = (weights[0].len(), tree.dof(), links.len());
         let (zero, blocks) = (lanes.splat(0.0), tree.blocks());
         let slots = links.iter().filter(|link| link.slot.is_some()).count();
-        let variable = own.iter().any(Member::has_body_forces);
+        let variable = own.iter().any(EnsembleMember::has_body_forces);
         // adding −0 changes no bit of a member on which nothing acts
         let none = Columns([lanes.vector([-0.0; 3]); 3]);
         let none = Spatial { ll: none, la: none, al: none, aa: none };
@@ -92,14 +95,14 @@ impl<T: Register> Kernel<T> {
             turns: vec![Turn::by(lanes, zero); d],
             gains: vec![Columns::zero(lanes).held(); count],
             sums: vec![Sums::zero(lanes); slots],
-            part: Part::new(lanes),
+            part: UpToApex::new(lanes),
             weight: (0..n).map(|i| lanes.gather(|k| weights[k][i])).collect(),
             impulse: vec![zero; n],
             q: vec![zero; n],
             p: vec![zero; n],
             compensation: vec![zero; n],
             balance: vec![zero; d],
-            acts_along: own.iter().any(Member::has_efforts),
+            acts_along: own.iter().any(EnsembleMember::has_efforts),
             added: vec![none; if variable { count } else { 0 }],
             history: LaneHistory::new(lanes, d, sub_steps),
             end: vec![zero; n],
@@ -113,7 +116,7 @@ impl<T: Register> Kernel<T> {
             blocks,
             scratch: vec![0.0; n],
             start: [n, n, n, d].map(|size| vec![zero; if sub_steps > 1 { size } else { 0 }]),
-            what: [Lane::Idle; MOST],
+            what: [LaneState::Idle; MOST],
             links,
         })
     }
@@ -128,12 +131,12 @@ impl<T: Register> Kernel<T> {
         balance.iter_mut().for_each(|all| all.set(lane, 0.0));
         put_lane(&state.compensation.balance, lane, balance);
         history.load(lane, &state.history);
-        what[lane] = Lane::Solved;
+        what[lane] = LaneState::Solved;
     }
 
     /// Writes what a lane knows of the state of its member, at the start of a macro step of which
     /// `undone` sub-steps were taken.
-    pub(super) fn write(&self, (lane, undone): (usize, usize), state: &mut State) {
+    pub(super) fn write(&self, lane: usize, undone: usize, state: &mut State) {
         let Self { q, p, compensation, balance, history, .. } = self;
         take_lane(q, lane, &mut state.q);
         take_lane(p, lane, &mut state.p);
@@ -202,8 +205,10 @@ impl<T: Register> Kernel<T> {
     /// Solves sub-step `index` of length `h`; lanes that are not idle are then solved or refused.
     pub(super) fn solve(
         &mut self,
-        (index, h): (usize, f64),
-        (members, own): (&[MechanismIntegrator], &mut [Member]),
+        index: usize,
+        h: f64,
+        members: &[MechanismIntegrator],
+        own: &mut [EnsembleMember],
         settings: &NewtonSettings,
     ) {
         let (lanes, count) = (self.lanes, T::Lanes::COUNT);
@@ -219,17 +224,17 @@ impl<T: Register> Kernel<T> {
             },
         );
         for lane in 0..count {
-            if self.what[lane] != Lane::Idle {
+            if self.what[lane] != LaneState::Idle {
                 let known = self.history.knows(index, lane, h);
-                self.what[lane] = if known { Lane::Running } else { Lane::Refused };
+                self.what[lane] = if known { LaneState::Running } else { LaneState::Refused };
             }
         }
         let residual = self.evaluate(h, members, own);
         let mut seen: [Convergence; MOST] =
             std::array::from_fn(|k| Convergence::new(if k < count { residual.at(k) } else { 0.0 }));
-        let limits = Limits::of(settings.tolerance, &Precision::of_balances(), 0.0);
+        let limits = CorrectionLimits::of(settings.tolerance, &Precision::of_balances(), 0.0);
         for iteration in 1..=settings.max_iterations {
-            if !self.what[..count].contains(&Lane::Running) {
+            if !self.what[..count].contains(&LaneState::Running) {
                 return;
             }
             if self.acts() {
@@ -241,17 +246,17 @@ impl<T: Register> Kernel<T> {
             );
             let residual = self.evaluate(h, members, own);
             for lane in 0..count {
-                if self.what[lane] != Lane::Running {
+                if self.what[lane] != LaneState::Running {
                     continue;
                 }
                 let (size, next) = (size.at(lane), residual.at(lane));
                 let reached = seen[lane].judge(size, next, limits).is_reached;
                 if !(size.is_finite() && next.is_finite()) {
-                    self.what[lane] = Lane::Refused;
+                    self.what[lane] = LaneState::Refused;
                 } else if reached || (own[lane].is_affine() && resolved.at(lane) <= 0.0) {
-                    self.what[lane] = Lane::Solved;
+                    self.what[lane] = LaneState::Solved;
                 } else if iteration == settings.max_iterations {
-                    self.what[lane] = Lane::Refused;
+                    self.what[lane] = LaneState::Refused;
                 }
             }
         }
@@ -263,7 +268,7 @@ impl<T: Register> Kernel<T> {
         &mut self,
         h: f64,
         members: &[MechanismIntegrator],
-        own: &mut [Member],
+        own: &mut [EnsembleMember],
     ) -> T::Lanes {
         let Self { lanes, links, works, columns, turns, u, r, added, .. } = self;
         let seen = lanes.run(
@@ -282,7 +287,7 @@ impl<T: Register> Kernel<T> {
         }
         let Self { lanes, u, r, balance, acts_along, what, .. } = self;
         for (lane, (run, own)) in members.iter().zip(own).enumerate().filter(|_| *acts_along) {
-            if what[lane] == Lane::Running {
+            if what[lane] == LaneState::Running {
                 own.add_efforts(LaneOf { lane, run }, u, r);
             }
         }
@@ -302,7 +307,12 @@ impl<T: Register> Kernel<T> {
     }
 
     /// The balances with forces on bodies that vary, at the end of the step as it is now.
-    fn add_body_forces(&mut self, h: f64, members: &[MechanismIntegrator], own: &mut [Member]) {
+    fn add_body_forces(
+        &mut self,
+        h: f64,
+        members: &[MechanismIntegrator],
+        own: &mut [EnsembleMember],
+    ) {
         let Self {
             lanes, links, works, columns, q, compensation, end, dq, r, floors, what, ..
         } = self;
@@ -313,12 +323,12 @@ impl<T: Register> Kernel<T> {
                     *lanes,
                     links,
                     works,
-                    Ends { h, q0: q, compensation, q1: end, dq, middle: None },
+                    StepEnds { h, q0: q, compensation, q1: end, dq, middle: None },
                 )
             },
         );
         for (lane, (run, own)) in members.iter().zip(own).enumerate() {
-            if what[lane] == Lane::Running && own.has_body_forces() {
+            if what[lane] == LaneState::Running && own.has_body_forces() {
                 own.add_wrenches(LaneOf { lane, run }, [end, dq], works);
                 for (floor, block) in floors.iter_mut().zip(own.increments.blocks()) {
                     floor.set(lane, block.floor);
@@ -332,10 +342,10 @@ impl<T: Register> Kernel<T> {
     }
 
     /// What acts adds to the matrix.
-    fn assemble(&mut self, members: &[MechanismIntegrator], own: &mut [Member]) {
+    fn assemble(&mut self, members: &[MechanismIntegrator], own: &mut [EnsembleMember]) {
         let Self { links, works, columns, added, what, .. } = self;
         for (lane, (run, own)) in members.iter().zip(own).enumerate() {
-            if what[lane] == Lane::Running {
+            if what[lane] == LaneState::Running {
                 own.add_to_matrix(LaneOf { lane, run }, added, |link, unknown, slope| {
                     let column = column_mut(&links[link], &mut works[link], columns, unknown);
                     column.slope.set(lane, slope);
@@ -348,8 +358,8 @@ impl<T: Register> Kernel<T> {
         for lane in 0..T::Lanes::COUNT {
             let is_in_chart = seen.rotation.at(lane) <= MAX_ROTATION * MAX_ROTATION
                 && seen.finite.at(lane) <= 0.0;
-            if self.what[lane] == Lane::Running && !is_in_chart {
-                self.what[lane] = Lane::Refused;
+            if self.what[lane] == LaneState::Running && !is_in_chart {
+                self.what[lane] = LaneState::Refused;
             }
         }
     }
@@ -367,9 +377,9 @@ impl<T: Register> Kernel<T> {
         eliminate(*lanes, links, works, (columns, gains), (sums, added, part), x);
         let turn = substitute(*lanes, (links, all), works, (columns, gains), u, x);
         let Self { lanes, x, u, blocks, floors, what, .. } = self;
-        if what[..T::Lanes::COUNT].iter().any(|what| *what != Lane::Running) {
+        if what[..T::Lanes::COUNT].iter().any(|what| *what != LaneState::Running) {
             let (runs, zero) =
-                (lanes.gather(|k| f64::from(what[k] == Lane::Running)), lanes.splat(0.0));
+                (lanes.gather(|k| f64::from(what[k] == LaneState::Running)), lanes.splat(0.0));
             for x in x.iter_mut() {
                 *x = lanes.splat(1.0).if_at_most(runs, *x, zero);
             }
@@ -403,9 +413,10 @@ impl<T: Register> Kernel<T> {
     /// was not as it should be, a bit each.
     pub(super) fn end(
         &mut self,
-        (index, h): (usize, f64),
+        index: usize,
+        h: f64,
         members: &[MechanismIntegrator],
-        own: &mut [Member],
+        own: &mut [EnsembleMember],
     ) -> u8 {
         self.history.remember(index, h, &self.u);
         let Self { lanes, links, works, columns, q, p, compensation, balance, impulse, .. } = self;
@@ -420,9 +431,9 @@ impl<T: Register> Kernel<T> {
                 let clean = |k: usize, off: u8, q: &mut [T::Lanes]| {
                     let link = &links[k];
                     let frames = (link.frame, link.parent_frame);
-                    clean_lanes((k, frames), (&*own, off), q, scratch)
+                    clean_lanes(k, frames, &*own, off, q, scratch)
                 };
-                let ends = Ends { h, q0: q, compensation, q1: end, dq, middle: None };
+                let ends = StepEnds { h, q0: q, compensation, q1: end, dq, middle: None };
                 let next = Next { q: next, rounding, p };
                 let off = finish(*lanes, links, works, clean, Some(impulse), ends, next);
                 if !bodies {
@@ -431,7 +442,7 @@ impl<T: Register> Kernel<T> {
                 off
             },
         );
-        let moves = |lane: &usize| what[*lane] != Lane::Idle;
+        let moves = |lane: &usize| what[*lane] != LaneState::Idle;
         if bodies {
             for lane in (0..own.len()).filter(moves) {
                 let run = &members[lane];
@@ -444,7 +455,7 @@ impl<T: Register> Kernel<T> {
         }
         for lane in (0..own.len()).filter(|lane| *acts_along && moves(lane)) {
             let run = &members[lane];
-            own[lane].end_efforts(LaneOf { lane, run }, end, (p, r));
+            own[lane].end_efforts(LaneOf { lane, run }, end, p, r);
         }
         for (balance, r) in balance.iter_mut().zip(&*r) {
             *balance = *balance + *r;
@@ -460,8 +471,10 @@ impl<T: Register> Kernel<T> {
 #[cold]
 #[inline(never)]
 fn clean_lanes<L: Lanes>(
-    (k, (frame, parent_frame)): (usize, (usize, usize)),
-    (own, off): (&[Member], u8),
+    k: usize,
+    (frame, parent_frame): (usize, usize),
+    own: &[EnsembleMember],
+    off: u8,
     q: &mut [L],
     scratch: &mut [f64],
 ) -> u8 {

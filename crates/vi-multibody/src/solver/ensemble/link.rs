@@ -2,7 +2,7 @@
 //! numbers of each member in a lane.
 
 use crate::geometry::matrix::{Screw, Spatial};
-use crate::geometry::members::{Each, Vector};
+use crate::geometry::members::{EachMember, LanesVector};
 use crate::geometry::one_tree::{Narrow, One, Xyz};
 use crate::geometry::space::Vector as _;
 use crate::sweep::link::Link;
@@ -22,7 +22,7 @@ pub(super) fn put_lane<L: Lanes>(own: &[f64], lane: usize, all: &mut [L]) {
 }
 
 /// Writes a vector to a lane.
-fn put_vector<L: Lanes>(own: Xyz<Narrow>, lane: usize, all: &mut Vector<L>) {
+fn put_vector<L: Lanes>(own: Xyz<Narrow>, lane: usize, all: &mut LanesVector<L>) {
     put_lane(&own.components(), lane, &mut all.0);
 }
 
@@ -30,7 +30,7 @@ fn put_vector<L: Lanes>(own: Xyz<Narrow>, lane: usize, all: &mut Vector<L>) {
 pub(super) fn put_screw<L: Lanes>(
     own: Screw<Xyz<Narrow>>,
     lane: usize,
-    all: &mut Screw<Vector<L>>,
+    all: &mut Screw<LanesVector<L>>,
 ) {
     put_vector(own.linear, lane, &mut all.linear);
     put_vector(own.angular, lane, &mut all.angular);
@@ -40,7 +40,7 @@ pub(super) fn put_screw<L: Lanes>(
 pub(super) fn add_screw<L: Lanes>(
     own: Screw<Xyz<Narrow>>,
     lane: usize,
-    all: &mut Screw<Vector<L>>,
+    all: &mut Screw<LanesVector<L>>,
 ) {
     for (all, own) in [(&mut all.linear, own.linear), (&mut all.angular, own.angular)] {
         for (all, own) in all.0.iter_mut().zip(own.components()) {
@@ -53,7 +53,7 @@ pub(super) fn add_screw<L: Lanes>(
 pub(super) fn put_spatial<L: Lanes>(
     own: Spatial<Xyz<Narrow>>,
     lane: usize,
-    all: &mut Spatial<Vector<L>>,
+    all: &mut Spatial<LanesVector<L>>,
 ) {
     let Spatial { ll, la, al, aa } = own;
     let all = [(ll, &mut all.ll), (la, &mut all.la), (al, &mut all.al), (aa, &mut all.aa)];
@@ -74,7 +74,7 @@ fn are_alike(a: &Link<One>, b: &Link<One>) -> bool {
 pub(super) fn links<T: Register>(
     lanes: T,
     members: &[&[Link<One>]],
-) -> Option<Vec<Link<Each<T::Lanes>>>> {
+) -> Option<Vec<Link<EachMember<T::Lanes>>>> {
     let first = members[0];
     let alike = |other: &&[Link<One>]| {
         other.len() == first.len() && first.iter().zip(*other).all(|(a, b)| are_alike(a, b))

@@ -6,9 +6,9 @@
 
 use super::link::{add_screw, put_lane, put_screw, put_spatial, take_lane};
 use crate::geometry::matrix::Spatial;
-use crate::geometry::members::{Each, Vector};
+use crate::geometry::members::{EachMember, LanesVector};
 use crate::geometry::one_tree::One;
-use crate::solver::efforts::{Efforts, Times};
+use crate::solver::efforts::{Efforts, StepTimes};
 use crate::solver::run::MechanismIntegrator;
 use crate::solver::tree_step::body_forces::BodyForces;
 use crate::solver::tree_step::emitted::wrench;
@@ -23,7 +23,7 @@ use vi_core::lanes::Lanes;
 use vi_core::state::State;
 
 /// What lanes need of a member.
-pub(super) struct Model {
+pub(super) struct MemberModel {
     pub(super) links: Vec<Link<One>>,
     pub(super) weight: Vec<f64>,
     pub(super) sub_steps: Vec<f64>,
@@ -38,12 +38,12 @@ pub(super) struct LaneOf<'a> {
 
 /// A member beside its lane.
 #[derive(Debug)]
-pub(super) struct Member {
+pub(super) struct EnsembleMember {
     pub(super) tree: Tree,
     pub(super) increments: Increments, // for its floors
     /// Time, step, angles and internal variables; the rest as it was last taken from the lane.
     pub(super) now: State,
-    /// The sub-step, where it [`Member::has_interval`].
+    /// The sub-step, where it [`EnsembleMember::has_interval`].
     pub(super) s: Interval,
     /// Whether the step is read when it is taken.
     pub(super) is_read: bool,
@@ -55,8 +55,8 @@ pub(super) struct Member {
     numbers: Vec<f64>, // d  scratch
 }
 
-impl Member {
-    pub(super) fn new(model: &Model, run: &MechanismIntegrator) -> Self {
+impl EnsembleMember {
+    pub(super) fn new(model: &MemberModel, run: &MechanismIntegrator) -> Self {
         let (tree, system, state) = (run.constraints().tree().clone(), run.system(), run.state());
         let acts_along = system.along_unknowns().next().is_some();
         let bodies = BodyForces::new(run.constraints(), system, &[]);
@@ -101,7 +101,7 @@ impl Member {
         self.bodies.is_none() && self.efforts.as_ref().is_none_or(Efforts::are_affine)
     }
 
-    /// Keeps what [`Member::return_to_start`] needs.
+    /// Keeps what [`EnsembleMember::return_to_start`] needs.
     pub(super) fn keep_start(&mut self) {
         self.start.t = self.now.t;
         self.start.angles.clone_from(&self.now.angles);
@@ -162,7 +162,7 @@ impl Member {
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
         end: [&[L]; 2],
-        works: &mut [Work<Each<L>>],
+        works: &mut [Work<EachMember<L>>],
     ) {
         if self.bodies.is_none() {
             return;
@@ -184,7 +184,7 @@ impl Member {
     ) {
         let Self { efforts: Some(efforts), s, numbers, .. } = self else { return };
         take_lane(u, lane, numbers);
-        efforts.evaluate(run.system(), Times::of(s), numbers);
+        efforts.evaluate(run.system(), StepTimes::of(s), numbers);
         self.add_last_efforts(lane, r);
     }
 
@@ -201,15 +201,15 @@ impl Member {
     pub(super) fn add_to_matrix<L: Lanes>(
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
-        added: &mut [Spatial<Vector<L>>],
+        added: &mut [Spatial<LanesVector<L>>],
         slope: impl FnMut(usize, usize, f64),
     ) {
         let Self { tree, efforts, bodies, s, links, .. } = self;
         if let Some(efforts) = efforts {
-            efforts.slopes(run.system(), Times::of(s), slope);
+            efforts.slopes(run.system(), StepTimes::of(s), slope);
         }
         if let Some(bodies) = bodies {
-            bodies.assemble(run.system(), s, (tree, links));
+            bodies.assemble(run.system(), s, tree, links);
             for (all, own) in added.iter_mut().zip(bodies.blocks()) {
                 put_spatial(own.take(SPACE), lane, all);
             }
@@ -229,7 +229,7 @@ impl Member {
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
         end: [&[L]; 2],
-        works: &mut [Work<Each<L>>],
+        works: &mut [Work<EachMember<L>>],
         p: &mut [L],
     ) {
         if self.bodies.is_none() {
@@ -251,7 +251,8 @@ impl Member {
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
         q: &[L],
-        (p, r): (&mut [L], &mut [L]),
+        p: &mut [L],
+        r: &mut [L],
     ) {
         if self.bodies.is_some() || self.efforts.is_none() {
             return;
@@ -268,7 +269,8 @@ impl Member {
     pub(super) fn move_on<L: Lanes>(
         &mut self,
         LaneOf { lane, run }: LaneOf<'_>,
-        (t_end, last): (f64, bool),
+        t_end: f64,
+        last: bool,
         q: &[L],
     ) {
         self.now.t = t_end;

@@ -48,7 +48,7 @@ mod link;
 mod member;
 mod recorded;
 
-pub use failure::Failure;
+pub use failure::MemberFailure;
 pub use recorded::Recorded;
 
 use crate::builder::BuiltMechanism;
@@ -56,8 +56,8 @@ use crate::mechanism::Mechanism;
 use crate::solver::run::{MechanismIntegrator, Solver, integrator, with_contacts};
 use crate::solver::tree_step::body_forces::BodyForces;
 use crate::sweep::link::constants;
-use group::{Group, Reader};
-use member::Model;
+use group::{Group, MemberReader};
+use member::MemberModel;
 use recorded::Outputs;
 use std::num::NonZeroUsize;
 use vi_constraints::discretization::Discretization;
@@ -174,7 +174,7 @@ impl Ensemble {
     }
 
     /// Puts members of one topology into lanes.
-    fn group(&mut self, models: &[Model], options: &Options) {
+    fn group(&mut self, models: &[MemberModel], options: &Options) {
         let mut first = 0;
         while first < self.members.len() {
             let members = &self.members[first..];
@@ -353,10 +353,10 @@ impl Ensemble {
     }
 
     /// The members that have failed, with the node where they stand: that before the step.
-    pub fn failed(&self) -> impl Iterator<Item = Failure<'_>> {
+    pub fn failed(&self) -> impl Iterator<Item = MemberFailure<'_>> {
         let members = self.members.iter().zip(&self.failures).enumerate();
         members.filter_map(|(k, (run, failure))| {
-            Some(Failure::new(k, run, (self.scheme, failure.as_ref()?)))
+            Some(MemberFailure::new(k, run, self.scheme, failure.as_ref()?))
         })
     }
 
@@ -367,7 +367,7 @@ impl Ensemble {
 }
 
 /// What lanes need of a member; `None` where they do not apply.
-fn model(run: &MechanismIntegrator, options: &Options) -> Option<Model> {
+fn model(run: &MechanismIntegrator, options: &Options) -> Option<MemberModel> {
     let (mechanism, system) = (run.constraints(), run.system());
     let applies = options.scheme == SchemeKind::Nodal
         && options.method.stages().is_none()
@@ -383,5 +383,5 @@ fn model(run: &MechanismIntegrator, options: &Options) -> Option<Model> {
     let (links, _) = constants(mechanism, system)?;
     let composition = options.method.composition();
     let sub_steps = Discretization::<Mechanism>::sub_steps(system, composition);
-    Some(Model { links, weight: system.constant_force(), sub_steps })
+    Some(MemberModel { links, weight: system.constant_force(), sub_steps })
 }

@@ -1,6 +1,6 @@
 //! Members as they are read after their steps.
 
-use super::group::Reader;
+use super::group::MemberReader;
 use crate::mechanism::Mechanism;
 use crate::solver::run::MechanismIntegrator;
 use vi_constraints::discretization::Transition;
@@ -73,7 +73,7 @@ pub(super) struct Outputs<'a, O, F> {
     pub(super) read: &'a F,
 }
 
-impl<O, F: Fn(&mut O, Recorded<'_>)> Reader for Outputs<'_, O, F> {
+impl<O, F: Fn(&mut O, Recorded<'_>)> MemberReader for Outputs<'_, O, F> {
     fn wants(&self, member: usize) -> bool {
         self.outputs.get(member).is_some_and(Option::is_some)
     }

@@ -1,6 +1,6 @@
 //! The Galerkin schemes on a mechanism.
 
-use super::start::Loops;
+use super::start::IndependentLoops;
 use super::structure::{BoxedScheme, Solver, has_many_ancestors};
 use crate::mechanism::Mechanism;
 use crate::solver::body_blocks::couples_bodies;
@@ -11,7 +11,7 @@ use crate::solver::tree_map::TreeMap;
 use crate::solver::tree_sweeps::TreeSweeps;
 use vi_constraints::galerkin::{DenseControlPoints, GalerkinConstrained, GalerkinNodal, Pointwise};
 use vi_constraints::integrator::{SetupError, SingularStart, check_dense};
-use vi_constraints::{Constraints, Method, SchemeKind};
+use vi_constraints::{Constraints, OrderMethod, SchemeKind};
 use vi_core::galerkin::Stages;
 #[cfg(target_arch = "x86_64")]
 use vi_core::lanes::Wide;
@@ -27,9 +27,9 @@ const OTHER_LOOPS: &str =
 pub(super) fn galerkin(
     mechanism: &Mechanism,
     system: &SeparableSystem,
-    (kind, method): (SchemeKind, Method),
+    (kind, method): (SchemeKind, OrderMethod),
     solver: Solver,
-    (loops, q): (&Loops, &[f64]),
+    (loops, q): (&IndependentLoops, &[f64]),
 ) -> Result<BoxedScheme, SetupError> {
     let refused = |what| Err(SetupError::no_galerkin(what));
     let constrained_only = |what| {

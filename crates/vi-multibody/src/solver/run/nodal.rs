@@ -1,9 +1,9 @@
 //! The nodal and the reduced scheme on a mechanism.
 
-use super::start::Loops;
+use super::start::IndependentLoops;
 use super::structure::{BoxedScheme, Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
-use crate::solver::beside::{Beside, couples, shares};
+use crate::solver::beside::{SideBySide, couples, shares};
 use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::loop_rank::{Departure, LoopRank};
 use crate::solver::closed_loop::step::LoopStep;
@@ -35,7 +35,8 @@ pub(super) fn nodal(
     system: &SeparableSystem,
     options: &Options,
     solver: Solver,
-    (loops, at): (&Loops, InitialValues<'_>),
+    loops: &IndependentLoops,
+    at: InitialValues<'_>,
 ) -> Result<BoxedScheme, SetupError> {
     let (n, reduced) = (mechanism.dim(), options.scheme == SchemeKind::Reduced);
     let particles = !mechanism.description().particles.is_empty();
@@ -58,7 +59,7 @@ pub(super) fn nodal(
     let s = probe(mechanism, system);
     let mixed = |out: &mut dyn Entries| system.forced_d2_d1(&s, out);
     let (rows, departure) = (&loops.rows, departure.as_ref());
-    let whole = Subject {
+    let whole = StepSubject {
         mechanism,
         mixed: &mixed,
         mass: system.mass(),
@@ -77,7 +78,7 @@ pub(super) fn nodal(
 }
 
 /// What nodal operators are chosen by: a mechanism, or the bodies or the point masses of one.
-struct Subject<'a> {
+struct StepSubject<'a> {
     mechanism: &'a Arc<Mechanism>,
     mixed: &'a Emission<'a>, // D_2(D_1 L_d + f_d^-)  at `s`
     mass: &'a SparseMatrix,
@@ -89,7 +90,7 @@ struct Subject<'a> {
 
 /// The operators of bodies and of point masses that no potential couples with them, side by side;
 /// `None` where this does not apply or one solver is asked for.
-fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, SetupError>> {
+fn beside(whole: &StepSubject<'_>, solver: Solver) -> Option<Result<BoxedOperators, SetupError>> {
     let separate =
         !matches!(solver, Solver::Dense | Solver::Sparse) && !couples(whole.mechanism, whole.mixed);
     let shares = separate.then(|| shares(whole.mechanism)).flatten()?;
@@ -105,7 +106,7 @@ fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, 
             true => IndependentRows::all(0),
             false => points_rows(whole),
         };
-        let own = Subject {
+        let own = StepSubject {
             mechanism: &share.mechanism,
             mixed: &mixed,
             mass: &mass,
@@ -117,11 +118,11 @@ fn beside(whole: &Subject<'_>, solver: Solver) -> Option<Result<BoxedOperators, 
         operators(&own, solver)
     };
     let both = of(0).and_then(|bodies| Ok([bodies, of(1)?]));
-    Some(both.map(|both| Box::new(Beside::new(shares.clone(), both)) as _))
+    Some(both.map(|both| Box::new(SideBySide::new(shares.clone(), both)) as _))
 }
 
 /// The independent constraints of the bars, as numbered among them.
-fn points_rows(whole: &Subject<'_>) -> IndependentRows {
+fn points_rows(whole: &StepSubject<'_>) -> IndependentRows {
     let bars = 0..whole.mechanism.description().bars.len();
     let enforced = |row| whole.rows.rows().binary_search(&row).is_ok();
     let independent = |&k: &usize| enforced(whole.mechanism.bar_rows(k).start);
@@ -130,8 +131,8 @@ fn points_rows(whole: &Subject<'_>) -> IndependentRows {
 }
 
 /// The operators of the nodal scheme on a mechanism.
-fn operators(of: &Subject<'_>, solver: Solver) -> Result<BoxedOperators, SetupError> {
-    let Subject { mechanism, mixed, mass, q, .. } = *of;
+fn operators(of: &StepSubject<'_>, solver: Solver) -> Result<BoxedOperators, SetupError> {
+    let StepSubject { mechanism, mixed, mass, q, .. } = *of;
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();
     let points_close = mechanism.has_loops() && of.rank.is_none();

@@ -1,11 +1,11 @@
 //! The solvers that nodes of a mechanism are read with.
 
 use super::nodal::descriptor;
-use super::start::Loops;
+use super::start::IndependentLoops;
 use super::structure::{Solver, probe, takes_descriptor};
 use crate::mechanism::Mechanism;
 use crate::output::tree_multipliers::TreeMultipliers;
-use crate::solver::beside::{Beside, Subsystem, shares};
+use crate::solver::beside::{SideBySide, Subsystem, shares};
 use crate::solver::body_blocks::couples_bodies;
 use crate::solver::closed_loop::loop_rank::LoopRank;
 use crate::solver::closed_loop::velocity::LoopVelocity;
@@ -36,7 +36,9 @@ pub(super) fn node_solvers(
     mechanism: &Arc<Mechanism>,
     system: &SeparableSystem,
     solver: Solver,
-    (loops, memory, at): (&Loops, bool, InitialValues<'_>),
+    loops: &IndependentLoops,
+    memory: bool,
+    at: InitialValues<'_>,
 ) -> NodeSolvers {
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();
@@ -62,7 +64,7 @@ pub(super) fn node_solvers(
     let s = probe(mechanism, system);
     let mass = |out: &mut dyn Entries| system.emit_mass_of_step(s.start(), s.h, out);
     let rank = loops.rank.as_ref();
-    let whole = Subject { mechanism, mass: &mass, solver, rank, memory, q: at.q };
+    let whole = NodeSubject { mechanism, mass: &mass, solver, rank, memory, q: at.q };
     let operators = match shares(mechanism) {
         Some(shares) => beside(&whole, shares),
         None => operators(&whole),
@@ -74,7 +76,7 @@ pub(super) fn node_solvers(
 }
 
 /// What the operators are chosen by: a mechanism, or the bodies or the point masses of one.
-struct Subject<'a> {
+struct NodeSubject<'a> {
     mechanism: &'a Mechanism,
     mass: &'a Emission<'a>,
     solver: Solver,
@@ -83,23 +85,23 @@ struct Subject<'a> {
     q: &'a [f64], // initially
 }
 
-type BoxedOperators = Box<dyn RateOperators>;
+type BoxedNodeOperators = Box<dyn RateOperators>;
 
 /// The operators of bodies and point masses side by side: no body shares its mass with a point.
-fn beside(whole: &Subject<'_>, shares: [Subsystem; 2]) -> Option<BoxedOperators> {
+fn beside(whole: &NodeSubject<'_>, shares: [Subsystem; 2]) -> Option<BoxedNodeOperators> {
     let of = |share: &Subsystem, rank| {
         let mass = |out: &mut dyn Entries| share.emit(whole.mass, out);
         let (mechanism, q) = (&*share.mechanism, share.of(whole.q));
-        operators(&Subject { mechanism, mass: &mass, rank, q, ..*whole })
+        operators(&NodeSubject { mechanism, mass: &mass, rank, q, ..*whole })
     };
     let both = [of(&shares[0], whole.rank)?, of(&shares[1], None)?];
-    Some(Box::new(Beside::new(shares, both)))
+    Some(Box::new(SideBySide::new(shares, both)))
 }
 
 /// The operators that `v̂` of a mechanism is found with; `None` where they are not of the nodal
 /// scheme.
-fn operators(of: &Subject<'_>) -> Option<BoxedOperators> {
-    let Subject { mechanism, mass, solver, rank, memory, q } = *of;
+fn operators(of: &NodeSubject<'_>) -> Option<BoxedNodeOperators> {
+    let NodeSubject { mechanism, mass, solver, rank, memory, q } = *of;
     let n = mechanism.dim();
     let particles = !mechanism.description().particles.is_empty();
     let sweeps = (!particles && !couples_bodies(mass)).then(|| TreeNodal::new(mechanism.tree()));

@@ -13,7 +13,7 @@ use vi_core::{Configuration, MechanicalSystem};
 /// The independent constraints of the motion, and of its initial configuration where fewer are
 /// independent there.
 #[derive(Clone, Debug)]
-pub struct Loops {
+pub struct IndependentLoops {
     /// Of the motion.
     pub rows: IndependentRows,
     /// Of the initial configuration, where it is singular.
@@ -22,7 +22,7 @@ pub struct Loops {
     pub rank: Option<LoopRank>,
 }
 
-impl Loops {
+impl IndependentLoops {
     /// Looks initially `(t, q)` of a mechanism.
     ///
     /// # Errors
@@ -65,7 +65,7 @@ impl Loops {
         mechanism: &Mechanism,
         at: InitialValues<'_>,
         leaves: bool,
-    ) -> Result<Option<ConsistentStart>, SetupError> {
+    ) -> Result<Option<LoopStart>, SetupError> {
         let Some(rows) = &self.rows_at_start else { return Ok(None) };
         if !leaves {
             return Err(self.refusal(SingularStart::Scheme));
@@ -77,7 +77,7 @@ impl Loops {
             return Err(error.into());
         }
         let (q, v, report) = (found.state.q, found.v, found.report);
-        Ok(Some(ConsistentStart { q, v, rows: rows.clone(), report }))
+        Ok(Some(LoopStart { q, v, rows: rows.clone(), report }))
     }
 
     /// That the rank of the loops is known, see [`LoopRank::known`].
@@ -115,7 +115,7 @@ fn dependent_bars(
 /// Initial values in a singular configuration, consistent with the constraints that are independent
 /// there.
 #[derive(Clone, Debug)]
-pub struct ConsistentStart {
+pub struct LoopStart {
     /// `q(0)`, shape `n`.
     pub q: Vec<f64>,
     /// `v(0)`, shape `n`.
@@ -132,7 +132,7 @@ pub struct ConsistentStart {
 /// [`SetupError::Contradiction`].
 pub fn begun<S: Discretization<Mechanism>>(
     run: Integrator<S, Mechanism>,
-    start: Option<ConsistentStart>,
+    start: Option<LoopStart>,
 ) -> Result<Integrator<S, Mechanism>, SetupError> {
     match start {
         Some(start) => Ok(run.starting_singular(&start.rows, start.report)),

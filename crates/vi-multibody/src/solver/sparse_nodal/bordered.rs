@@ -16,10 +16,10 @@ use vi_core::newton::Fault;
 use vi_core::sparse::{Entries, SparseMatrix};
 
 /// A row over the unknowns: column, value.
-pub(crate) type Row = Vec<(usize, f64)>;
+pub(crate) type SparseRow = Vec<(usize, f64)>;
 
 /// Gives a row the largest entry 1; returns the factor.
-fn normalized(row: &mut Row, scale: &[f64]) -> f64 {
+fn normalized(row: &mut SparseRow, scale: &[f64]) -> f64 {
     row.iter_mut().for_each(|(column, value)| *value *= scale[*column]);
     let largest = row.iter().map(|e| e.1.abs()).fold(0.0, f64::max);
     let factor = if largest > 0.0 { 1.0 / largest } else { 1.0 };
@@ -34,7 +34,7 @@ impl SparseNodal {
     /// [`Fault`] where the matrix is singular.
     pub(crate) fn solve_bordered(
         &mut self,
-        [mut U, mut J]: [Vec<Row>; 2],
+        [mut U, mut J]: [Vec<SparseRow>; 2],
         g: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {

@@ -19,7 +19,7 @@ use vi_constraints::scheme::SubStep;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::galerkin_pencil::GalerkinPencil;
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::sparse::Entries;
 use vi_core::state::State;
 
@@ -28,7 +28,7 @@ crate::opaque_debug!(CoupledSweeps);
 /// [`Sweeps`] of a tree with elements.
 pub struct CoupledSweeps {
     layout: VelocityLayout,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     pencil: GalerkinPencil,
     factors: ModeFactors,
     start: MapColumns,   // P(q_n)
@@ -69,7 +69,7 @@ impl Sweeps for CoupledSweeps {
         self.layout.dof()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -12,16 +12,16 @@
 #![allow(non_snake_case)] // J, R
 
 use crate::mechanism::Mechanism;
-use crate::pair::{Motion, Transfer, Twist, VelocityMap};
+use crate::pair::{FrameMotion, Twist, TwistTransfer, VelocityMap};
 use crate::solver::member_blocks::Span;
 use crate::solver::screws::{Flight, RootMap, RootScrew};
 use crate::tree::particle::{Carrier, ParticleTree};
-use crate::tree::{Link, Tree};
+use crate::tree::{Tree, TreeLink};
 use nalgebra::{Vector3, Vector6};
 use std::ops::Range;
 use vi_constraints::Constraints;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_rigid::{null_space, rotation};
 
 /// A frame or a particle: which coordinates it has and which unknowns move it.
@@ -52,10 +52,10 @@ pub struct VelocityLayout {
     dim: usize,                            // n
     dof: usize,                            // d
     maps: Vec<VelocityMap>,                // scratch, one for each member
-    motions: Vec<Motion>,                  // scratch, one for each link
+    motions: Vec<FrameMotion>,             // scratch, one for each link
 }
 
-fn is_free_root(link: &Link) -> bool {
+fn is_free_root(link: &TreeLink) -> bool {
     link.parent.is_none() && link.joint.kind.is_free()
 }
 
@@ -99,8 +99,8 @@ impl VelocityLayout {
             free,
             roots,
             parents,
-            maps: vec![VelocityMap::new(Transfer::None, &[]); members.len()],
-            motions: vec![Motion::rest(); links],
+            maps: vec![VelocityMap::new(TwistTransfer::None, &[]); members.len()],
+            motions: vec![FrameMotion::rest(); links],
             dim: n,
             dof: d,
             tree,
@@ -124,7 +124,7 @@ impl VelocityLayout {
 
     /// Units and scales of the unknowns.
     #[must_use]
-    pub fn blocks(&self) -> Vec<Block> {
+    pub fn blocks(&self) -> Vec<UnknownBlock> {
         let mut blocks = self.tree.blocks();
         blocks.extend(self.particles.blocks());
         blocks
@@ -155,7 +155,7 @@ impl VelocityLayout {
     }
 
     /// The free roots, each with its first unknown.
-    pub(super) fn free_roots(&self) -> impl Iterator<Item = &Link> {
+    pub(super) fn free_roots(&self) -> impl Iterator<Item = &TreeLink> {
         self.free.iter().map(|&k| &self.tree.links()[k])
     }
 

@@ -34,7 +34,7 @@ use crate::mechanism::Mechanism;
 use crate::pair::{Twist, VelocityMap};
 use crate::solver::chord::Chord;
 use crate::solver::screws::{Flight, RootMap, RootScrew};
-pub(crate) use bordered::Row;
+pub(crate) use bordered::SparseRow;
 pub use layout::{MapColumns, VelocityLayout};
 use nalgebra::DMatrix;
 pub use reduced_matrix::ReducedMatrix;
@@ -44,7 +44,7 @@ use vi_constraints::node_solvers::RateOperators;
 use vi_constraints::reparametrization::{Emission, LastStep};
 use vi_core::interval::Interval;
 use vi_core::linear::{Singular, norm_inf};
-use vi_core::newton::{Block, BlockKind, Fault, Precision};
+use vi_core::newton::{BlockKind, Fault, Precision, UnknownBlock};
 use vi_core::sparse::SparseMatrix;
 use vi_core::state::Memory;
 
@@ -62,7 +62,7 @@ pub fn extent(q: &[f64]) -> f64 {
 }
 
 /// Sets the sizes below which increments do not matter to Newton's method.
-pub(crate) fn with_floors(blocks: &mut [Block], length: f64, angle: f64) {
+pub(crate) fn with_floors(blocks: &mut [UnknownBlock], length: f64, angle: f64) {
     for block in blocks {
         let floor = if block.kind == BlockKind::Rotation { angle } else { length };
         block.floor = block.floor.max(floor);
@@ -72,7 +72,7 @@ pub(crate) fn with_floors(blocks: &mut [Block], length: f64, angle: f64) {
 /// [`NodalOperators`] of a tree with couplings between its members, by a sparse LU.
 pub struct SparseNodal {
     layout: VelocityLayout,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     left: MapColumns,  // P(q_n)
     right: MapColumns, // ∂F_d/∂u
     matrix: ReducedMatrix,
@@ -196,7 +196,7 @@ impl SparseNodal {
     }
 
     /// Solves with the factors of the matrix last solved with.
-    pub(crate) fn solve_again(&mut self, x: &mut [f64]) -> Solved {
+    pub(crate) fn solve_again(&mut self, x: &mut [f64]) -> SolvedStep {
         let Self { layout, left, right, matrix, .. } = self;
         solve_with(layout, [left, right], x, |x| matrix.solve_again(x))
     }
@@ -235,19 +235,20 @@ impl SparseNodal {
     }
 }
 
-type Solved = Result<(), Singular>;
+type SolvedStep = Result<(), Singular>;
 
 /// Solves with a matrix that is one between the twists of free roots.
 fn solve_with(
     layout: &VelocityLayout,
     [left, right]: [&MapColumns; 2],
     x: &mut [f64],
-    solve: impl FnOnce(&mut [f64]) -> Solved,
-) -> Solved {
-    let each = |columns: &MapColumns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> Solved| {
-        let mut roots = layout.free_roots().zip(&columns.roots);
-        roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
-    };
+    solve: impl FnOnce(&mut [f64]) -> SolvedStep,
+) -> SolvedStep {
+    let each =
+        |columns: &MapColumns, x: &mut [f64], solve: fn(&RootMap, &mut [f64]) -> SolvedStep| {
+            let mut roots = layout.free_roots().zip(&columns.roots);
+            roots.try_for_each(|(root, map)| solve(map, &mut x[root.offset..root.offset + 6]))
+        };
     let d = layout.dof().max(1);
     x.chunks_exact_mut(d).try_for_each(|x| each(left, x, RootMap::solve_transposed))?;
     solve(x)?;
@@ -259,7 +260,7 @@ impl NodalOperators for SparseNodal {
         self.layout.dof()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 

@@ -14,7 +14,7 @@ use super::reduced_matrix::ReducedMatrix;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use vi_core::block_lu::{BlockLu, inverse_root};
-use vi_core::galerkin_pencil::{GalerkinPencil, Mode};
+use vi_core::galerkin_pencil::{GalerkinPencil, PencilBlock};
 use vi_core::linear::{Singular, SparseLu};
 use vi_core::sparse::{Entries, SparseMatrix};
 
@@ -30,7 +30,7 @@ struct JointBlock {
 
 /// The factors of one mode.
 struct FactoredMode {
-    mode: Mode,
+    mode: PencilBlock,
     blocks: Option<BlockLu>,
     is_eliminated: bool,
     sparse: Option<(SparseMatrix, SparseLu)>,
@@ -52,7 +52,7 @@ impl ModeFactors {
     /// For the modes of a scheme.
     #[must_use]
     pub fn new(layout: &VelocityLayout, pencil: &GalerkinPencil) -> Self {
-        let factors = |mode: &Mode| FactoredMode {
+        let factors = |mode: &PencilBlock| FactoredMode {
             mode: *mode,
             blocks: None,
             is_eliminated: false,

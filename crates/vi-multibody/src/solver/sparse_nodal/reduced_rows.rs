@@ -23,12 +23,12 @@ struct MemberGradient {
 }
 
 /// Collects or replays an emission.
-enum Sink<'a> {
+enum EmissionSink<'a> {
     Places(Vec<(usize, usize)>),
     Values(&'a mut [f64], std::slice::Iter<'a, usize>),
 }
 
-impl Entries for Sink<'_> {
+impl Entries for EmissionSink<'_> {
     fn add(&mut self, row: usize, column: usize, value: f64) {
         match self {
             Self::Places(places) => places.push((row, column)),
@@ -53,7 +53,7 @@ impl ReducedRows {
             self.analyse(layout, emit);
         }
         self.values.fill(0.0);
-        emit(&mut Sink::Values(&mut self.values, self.slots.iter()));
+        emit(&mut EmissionSink::Values(&mut self.values, self.slots.iter()));
         let mut next = 0;
         for part in &self.parts {
             let member = &layout.members[part.member];
@@ -70,9 +70,9 @@ impl ReducedRows {
         for (k, member) in layout.members.iter().enumerate() {
             member_of[member.span.first..member.span.first + member.span.size].fill(k);
         }
-        let mut sink = Sink::Places(Vec::new());
+        let mut sink = EmissionSink::Places(Vec::new());
         emit(&mut sink);
-        let Sink::Places(emitted) = sink else { return };
+        let EmissionSink::Places(emitted) = sink else { return };
         let mut starts: BTreeMap<(usize, usize), usize> =
             emitted.iter().map(|&(row, column)| ((row, member_of[column]), 0)).collect();
         let mut length = 0;

@@ -6,7 +6,7 @@
 
 use super::emitted::{Emitted, wrench};
 use crate::geometry::matrix::{Screw, Spatial};
-use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
+use crate::geometry::one_tree::{HeldVector, Narrow, One, Xyz};
 use crate::mechanism::Mechanism;
 use crate::solver::body_blocks::couples_bodies;
 use crate::sweep::link::Link;
@@ -94,15 +94,16 @@ impl BodyForces {
         &mut self,
         system: &SeparableSystem,
         s: &Interval,
-        (tree, links): (&Tree, &[Link<One>]),
+        tree: &Tree,
+        links: &[Link<One>],
     ) {
         let Self { apart, emitted, .. } = self;
         let other = |out: &mut dyn Entries| system.other_d2_d1(s, apart, out);
-        emitted.assemble(&other, (tree, links), [&s.q0, &s.q1], -s.h);
+        emitted.assemble(&other, tree, links, [&s.q0, &s.q1], -s.h);
     }
 
     /// `−h A_α` of them, of each link about its reference point.
-    pub(in crate::solver) fn blocks(&self) -> &[Spatial<Held>] {
+    pub(in crate::solver) fn blocks(&self) -> &[Spatial<HeldVector>] {
         &self.emitted.blocks
     }
 }

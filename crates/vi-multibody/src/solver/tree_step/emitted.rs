@@ -3,10 +3,10 @@
 
 use super::space::SPACE;
 use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
+use crate::geometry::one_tree::{HeldVector, Narrow, One, Xyz};
 use crate::geometry::space::{Space, Vector};
 use crate::geometry::spatial::SpatialMatrix;
-use crate::pair::Transfer;
+use crate::pair::TwistTransfer;
 use crate::solver::body_blocks::{BodyBlocks, NearBlocks};
 use crate::sweep::coupled::Coupling;
 use crate::sweep::link::Link;
@@ -21,7 +21,7 @@ use vi_rigid::{directors, null_space};
 pub(in crate::solver) struct Emitted {
     matrices: Vec<SpatialMatrix>, // A_α about the centres
     /// `A_α` about the reference points, scaled.
-    pub(in crate::solver) blocks: Vec<Spatial<Held>>,
+    pub(in crate::solver) blocks: Vec<Spatial<HeldVector>>,
     /// What acts along each unknown; empty where that is known otherwise.
     pub(in crate::solver) along: Vec<f64>,
     near: Option<[Vec<SpatialMatrix>; 2]>, // B, C about the centres
@@ -48,7 +48,8 @@ impl Emitted {
     pub(in crate::solver) fn assemble(
         &mut self,
         matrix: &Emission<'_>,
-        (tree, links): (&Tree, &[Link<One>]),
+        tree: &Tree,
+        links: &[Link<One>],
         [q0, q1]: [&[f64]; 2],
         factor: f64,
     ) {
@@ -90,10 +91,10 @@ fn about_references(
     matrix: &SpatialMatrix,
     ends: [(&Link<One>, &[f64]); 2],
     factor: f64,
-) -> Spatial<Held> {
+) -> Spatial<HeldVector> {
     let [row, column] = ends.map(|(link, q)| {
         let own = &q[link.frame..link.frame + 12];
-        Transfer::Rigid(-(directors::triad(own) * Vector3::from(link.anchor)))
+        TwistTransfer::Rigid(-(directors::triad(own) * Vector3::from(link.anchor)))
     });
     let moved = matrix.congruence(&row, &column);
     let columns =

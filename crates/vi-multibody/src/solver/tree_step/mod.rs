@@ -22,9 +22,9 @@ pub(in crate::solver) mod velocity;
 pub(in crate::solver) mod workspace;
 
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::Held;
+use crate::geometry::one_tree::HeldVector;
 use crate::mechanism::Mechanism;
-use crate::solver::efforts::{Efforts, Times};
+use crate::solver::efforts::{Efforts, StepTimes};
 use crate::solver::enforced::Enforced;
 use crate::solver::quantity_efforts::QuantityEfforts;
 use crate::sweep::link;
@@ -37,7 +37,7 @@ use vi_constraints::nodal::NodalEquations;
 use vi_constraints::scheme::SubStep;
 use vi_constraints::unknowns::Increments;
 use vi_core::interval::Interval;
-use vi_core::newton::{Block, Fault, Newton, Precision};
+use vi_core::newton::{Fault, Newton, Precision, UnknownBlock};
 use vi_core::state::State;
 use vi_core::{DiscreteLagrangian, SeparableSystem};
 use workspace::Workspace;
@@ -62,7 +62,7 @@ pub struct TreeStep {
 /// Whether a mechanism has no other constraints than those of its bodies and of the joints of its
 /// tree.
 fn is_all(mechanism: &Mechanism) -> bool {
-    let of_link = |link: &tree::Link| 6 + (6 - link.dof());
+    let of_link = |link: &tree::TreeLink| 6 + (6 - link.dof());
     mechanism.len() == mechanism.tree().links().iter().map(of_link).sum::<usize>()
 }
 
@@ -125,7 +125,9 @@ impl TreeStep {
     }
 
     /// The links, what is added to their blocks, and the end of the step.
-    pub(in crate::solver) fn system(&mut self) -> (&mut Workspace, &[Spatial<Held>], Enforced<'_>) {
+    pub(in crate::solver) fn system(
+        &mut self,
+    ) -> (&mut Workspace, &[Spatial<HeldVector>], Enforced<'_>) {
         let added = self.variable.as_ref().map_or(&[][..], BodyForces::blocks);
         (&mut self.at, added, Enforced::Step(&self.s))
     }
@@ -147,12 +149,12 @@ impl TreeStep {
     pub(in crate::solver) fn assemble(&mut self, system: &SeparableSystem) {
         let Self { at, tree, efforts, laws, variable, s, .. } = self;
         if let Some(variable) = variable {
-            variable.assemble(system, s, (tree, &at.links));
+            variable.assemble(system, s, tree, &at.links);
         }
         if let Some(laws) = laws {
             laws.places().for_each(|(link, unknown)| at.column_mut(link, unknown).slope = 0.0);
         }
-        efforts.slopes(system, Times::of(s), |link, unknown, slope| {
+        efforts.slopes(system, StepTimes::of(s), |link, unknown, slope| {
             at.column_mut(link, unknown).slope = slope;
         });
         if let Some(laws) = laws {
@@ -171,7 +173,7 @@ impl TreeStep {
 }
 
 impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         self.increments.blocks()
     }
 
@@ -224,7 +226,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
             });
         }
         at.pull_back(r); // P(q_n)ᵀ
-        efforts.evaluate(system, Times::of(s), u);
+        efforts.evaluate(system, StepTimes::of(s), u);
         efforts.add_balance(r);
         if let Some(laws) = laws {
             laws.evaluate(system, s, u);
@@ -249,7 +251,7 @@ impl NodalEquations<SeparableSystem, Mechanism> for TreeStep {
     /// Only the motion: the balance is evaluated with the momenta at the end of the step.
     fn settle(&mut self, system: &SeparableSystem, u: &[f64]) -> Result<bool, Fault> {
         let Self { at, efforts, laws, s, .. } = self;
-        efforts.evaluate(system, Times::of(s), u);
+        efforts.evaluate(system, StepTimes::of(s), u);
         if let Some(laws) = laws {
             laws.evaluate(system, s, u);
         }

@@ -4,10 +4,10 @@
 use super::space::SPACE;
 use super::workspace::Workspace;
 use crate::geometry::matrix::Screw;
-use crate::geometry::one_tree::{Held, Narrow, One, Xyz};
+use crate::geometry::one_tree::{HeldVector, Narrow, One, Xyz};
 use crate::geometry::space::Space;
 use crate::pair::Twist;
-use crate::sweep::eliminate::Rotation;
+use crate::sweep::eliminate::EliminatedRotation;
 use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
 use nalgebra::Vector3;
 use vi_rigid::directors;
@@ -18,9 +18,9 @@ pub(in crate::solver) struct Links<'a> {
     pub(in crate::solver) constants: &'a [Link<One>],
     pub(in crate::solver) works: &'a [Work<One>],
     pub(in crate::solver) columns: &'a [ColumnWork<One>], // d  of joints of several columns
-    pub(in crate::solver) forces: &'a [Screw<Held>],      // d  Ã S'
+    pub(in crate::solver) forces: &'a [Screw<HeldVector>], // d  Ã S'
     pub(in crate::solver) gains: &'a [Gain<One>],         // of the links  G of rotation vectors
-    pub(in crate::solver) rotations: &'a [Rotation<One>], // of the links, where there are any
+    pub(in crate::solver) rotations: &'a [EliminatedRotation<One>], // of the links, where there are any
 }
 
 impl Links<'_> {
@@ -58,7 +58,7 @@ impl Workspace {
     ) {
         let Self { links, sums, part, turns: unknowns, .. } = self;
         part.forces = vec![Screw::default(); unknowns.len()];
-        part.rotations = vec![Rotation::zero(SPACE); if turns { links.len() } else { 0 }];
+        part.rotations = vec![EliminatedRotation::zero(SPACE); if turns { links.len() } else { 0 }];
         part.carry(SPACE, links, sums, apexes);
     }
 

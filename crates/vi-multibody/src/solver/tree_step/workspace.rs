@@ -2,14 +2,14 @@
 
 use super::emitted::{self, Emitted};
 use crate::geometry::matrix::Spatial;
-use crate::geometry::one_tree::{Held, Narrow, One, OneTree, Width, sweep};
+use crate::geometry::one_tree::{HeldVector, Narrow, One, OneTree, Width, sweep};
 use crate::mechanism::Mechanism;
 use crate::sweep::advance::{self, Seen, Turn};
 use crate::sweep::columns::Motion;
 use crate::sweep::costate::{self, Pulled};
 use crate::sweep::coupled::{self, Couplings};
-use crate::sweep::eliminate::{self, Part};
-use crate::sweep::finish::{self, Ends, Next};
+use crate::sweep::eliminate::{self, UpToApex};
+use crate::sweep::finish::{self, Next, StepEnds};
 use crate::sweep::link::{self, ColumnWork, Gain, Link, Sums, Work};
 use crate::sweep::{moved_joints, open, pull_back, substitute, velocity};
 use crate::tree::Tree;
@@ -30,7 +30,7 @@ pub(in crate::solver) struct Workspace {
     pub(super) turns: Vec<Turn<f64>>,                    // d
     pub(in crate::solver) gains: Vec<Gain<One>>,
     pub(super) sums: Vec<Sums<One>>,
-    pub(in crate::solver) part: Part<One>,
+    pub(in crate::solver) part: UpToApex<One>,
     couplings: Option<Couplings<One>>, // of links with their parents
 }
 
@@ -57,7 +57,7 @@ impl Workspace {
             turns: vec![Turn::by(s, 0.0); d],
             gains: vec![Gain::<One>::default(); count],
             sums: vec![Sums::zero(s); slots],
-            part: Part::new(s),
+            part: UpToApex::new(s),
             couplings: None,
         }
     }
@@ -92,7 +92,7 @@ impl Workspace {
     /// Eliminates and substitutes all links, with what is `added` to their blocks.
     pub(in crate::solver) fn solve(
         &mut self,
-        added: &[Spatial<Held>],
+        added: &[Spatial<HeldVector>],
         u: &[f64],
         x: &mut [f64],
     ) -> Result<(), Fault> {
@@ -130,7 +130,7 @@ impl Workspace {
     pub(in crate::solver) fn eliminate(
         &mut self,
         range: Range<usize>,
-        added: &[Spatial<Held>],
+        added: &[Spatial<HeldVector>],
         x: &mut [f64],
     ) -> Result<(), Fault> {
         let Self { links, works, columns, gains, sums, part, .. } = self;
@@ -194,8 +194,10 @@ impl Workspace {
     /// [`costate::pull`] at `q` with `w` and `m`; `a`, `b`, `μ`; `rate`: `1/h`, 0 without inertia.
     pub(in crate::solver) fn pull(
         &mut self,
-        (q, rate): (&[f64], f64),
-        (w, m): (&[f64], &[f64]),
+        q: &[f64],
+        rate: f64,
+        w: &[f64],
+        m: &[f64],
         [a, b, mu]: [&mut [f64]; 3],
     ) {
         let pulled = Pulled { a, b, mu };
@@ -210,7 +212,8 @@ impl Workspace {
     /// [`moved_joints::at_end`] at `q` with what is not inertia of `c − Aᵀ μ`, `b'` and `μ`.
     pub(in crate::solver) fn moved_at_end(
         &mut self,
-        (q, rate): (&[f64], f64),
+        q: &[f64],
+        rate: f64,
         [c, b, mu]: [&[f64]; 3],
         out: &mut [f64],
     ) {
@@ -263,7 +266,7 @@ sweep! {
     eliminate_links = sweep_eliminate(
         links: &'a [Link<One>], works: &'a mut [Work<One>],
         joints: (&'a mut [ColumnWork<One>], &'a mut [Gain<One>]),
-        more: (&'a mut [Sums<One>], &'a [Spatial<Held>], &'a mut Part<One>), x: &'a mut [f64]
+        more: (&'a mut [Sums<One>], &'a [Spatial<HeldVector>], &'a mut UpToApex<One>), x: &'a mut [f64]
     ) -> f64
 }
 use eliminate::eliminate as sweep_eliminate;
@@ -280,7 +283,7 @@ sweep! {
     eliminate_coupled = sweep_eliminate_coupled(
         links: &'a [Link<One>], works: &'a mut [Work<One>],
         joints: (&'a mut [ColumnWork<One>], &'a mut [Gain<One>]),
-        more: (&'a mut Couplings<One>, &'a [Spatial<Held>]), x: &'a mut [f64]
+        more: (&'a mut Couplings<One>, &'a [Spatial<HeldVector>]), x: &'a mut [f64]
     ) -> f64
 }
 use coupled::eliminate as sweep_eliminate_coupled;
@@ -378,8 +381,8 @@ fn sweep_finish<W: Width>(
 
 /// The coordinates of an interval.
 #[inline(always)]
-fn ends(s: &mut Interval) -> Ends<'_, f64> {
+fn ends(s: &mut Interval) -> StepEnds<'_, f64> {
     let h = s.h;
     let IntervalParts { q0, compensation, q1, dq, q_mid, v_mid } = s.parts_mut();
-    Ends { h, q0, compensation, q1, dq, middle: Some([q_mid, v_mid]) }
+    StepEnds { h, q0, compensation, q1, dq, middle: Some([q_mid, v_mid]) }
 }

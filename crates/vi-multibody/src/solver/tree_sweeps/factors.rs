@@ -2,9 +2,9 @@
 //!
 //! The tree stands still at each control point: its matrix is that of a step `u = 0` from there.
 
-use crate::geometry::control_points::{ControlPoints, Points};
+use crate::geometry::control_points::{PointRegisters, Points};
 use crate::geometry::matrix::Columns;
-use crate::sweep::eliminate::{Part, Rotation, eliminate};
+use crate::sweep::eliminate::{EliminatedRotation, UpToApex, eliminate};
 use crate::sweep::link::{ColumnWork, Gain, Link, Sums, Work};
 use crate::sweep::open::open_at_rest;
 use crate::sweep::right_side::eliminate_side;
@@ -16,25 +16,25 @@ use vi_core::newton::Fault;
 /// The links where they were factorized.
 #[derive(Debug)]
 pub(super) struct Factors<T: Register> {
-    pub(super) space: ControlPoints<T>,
+    pub(super) space: PointRegisters<T>,
     pub(super) works: Vec<Work<Points<T::Lanes>>>,
     pub(super) columns: Vec<ColumnWork<Points<T::Lanes>>>, // d  of joints of several, else none
     pub(super) gains: Vec<Gain<Points<T::Lanes>>>,
     pub(super) sums: Vec<Sums<Points<T::Lanes>>>,
-    pub(super) part: Part<Points<T::Lanes>>,
+    pub(super) part: UpToApex<Points<T::Lanes>>,
     outdated: bool,
 }
 
 impl<T: Register> Factors<T> {
     /// For links with `columns` of joints of several.
     pub(super) fn new(
-        space: ControlPoints<T>,
+        space: PointRegisters<T>,
         links: &[Link<Points<T::Lanes>>],
         columns: usize,
     ) -> Self {
         let slots = links.iter().filter(|link| link.slot.is_some()).count();
-        let mut part = Part::new(space);
-        part.rotations = vec![Rotation::zero(space); links.len()];
+        let mut part = UpToApex::new(space);
+        part.rotations = vec![EliminatedRotation::zero(space); links.len()];
         Self {
             space,
             works: vec![Work::zero(space); links.len()],

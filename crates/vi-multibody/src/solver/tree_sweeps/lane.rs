@@ -6,14 +6,14 @@ use super::factors::Factors;
 use super::weights::control_point;
 use crate::geometry::control_points::Points;
 use crate::geometry::matrix::{Columns, Screw, Spatial};
-use crate::geometry::members::Vector;
-use crate::geometry::one_tree::{Held, One, three};
+use crate::geometry::members::LanesVector;
+use crate::geometry::one_tree::{HeldVector, One, three};
 use crate::geometry::space::{Space, Vector as _};
 use crate::pair::Twist;
 use crate::solver::tree_step::space::SPACE;
 use crate::solver::tree_step::workspace::Workspace;
 use crate::sweep::columns::Motion;
-use crate::sweep::finish::{Ends, close};
+use crate::sweep::finish::{StepEnds, close};
 use crate::sweep::link::{ColumnWork, Sums};
 use std::ops::Range;
 use vi_constraints::galerkin::control_points::ControlPoints;
@@ -21,23 +21,23 @@ use vi_core::lanes::{Lanes, Register};
 use vi_core::newton::Fault;
 
 /// A vector in one lane.
-fn held<L: Lanes>(v: &Vector<L>, lane: usize) -> Held {
+fn held<L: Lanes>(v: &LanesVector<L>, lane: usize) -> HeldVector {
     SPACE.vector(three!(i => v.0[i].at(lane))).held()
 }
 
-fn screw<L: Lanes>(s: &Screw<Vector<L>>, lane: usize) -> Screw<Held> {
+fn screw<L: Lanes>(s: &Screw<LanesVector<L>>, lane: usize) -> Screw<HeldVector> {
     Screw { linear: held(&s.linear, lane), angular: held(&s.angular, lane) }
 }
 
-fn columns<L: Lanes>(m: &Columns<Vector<L>>, lane: usize) -> Columns<Held> {
+fn columns<L: Lanes>(m: &Columns<LanesVector<L>>, lane: usize) -> Columns<HeldVector> {
     Columns(three!(j => held(&m.0[j], lane)))
 }
 
-fn put<L: Lanes>(v: &mut Vector<L>, lane: usize, x: &Held) {
+fn put<L: Lanes>(v: &mut LanesVector<L>, lane: usize, x: &HeldVector) {
     v.0.iter_mut().zip(x.xyz()).for_each(|(all, x)| all.set(lane, x));
 }
 
-fn put_columns<L: Lanes>(m: &mut Columns<Vector<L>>, lane: usize, x: &Columns<Held>) {
+fn put_columns<L: Lanes>(m: &mut Columns<LanesVector<L>>, lane: usize, x: &Columns<HeldVector>) {
     for j in 0..3 {
         put(&mut m.0[j], lane, &x.0[j]);
     }
@@ -56,7 +56,8 @@ impl<T: Register> TreeSweeps<T> {
         space.0.run(
             #[inline(always)]
             || {
-                let ends = Ends { h: weights.h, q0, compensation: error, q1: q, dq, middle: None };
+                let ends =
+                    StepEnds { h: weights.h, q0, compensation: error, q1: q, dq, middle: None };
                 close(*space, links, works, ends);
             },
         );
@@ -221,7 +222,7 @@ fn write_column<L: Lanes>(
     from: &ColumnWork<Points<L>>,
     lane: usize,
     to: &mut ColumnWork<One>,
-) -> Screw<Held> {
+) -> Screw<HeldVector> {
     to.SA = screw(&from.SA, lane);
     to.inverse = from.inverse.at(lane);
     to.SA

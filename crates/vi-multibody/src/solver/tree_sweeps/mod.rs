@@ -19,9 +19,9 @@ mod lane;
 mod step;
 mod weights;
 
-use crate::geometry::control_points::{ControlPoints, Points};
+use crate::geometry::control_points::{PointRegisters, Points};
 use crate::geometry::matrix::Columns;
-use crate::geometry::members::Vector;
+use crate::geometry::members::LanesVector;
 use crate::geometry::one_tree::three;
 use crate::geometry::space::Space;
 use crate::mechanism::Mechanism;
@@ -36,21 +36,21 @@ use factors::Factors;
 use vi_constraints::galerkin::control_points;
 use vi_core::galerkin::{GaussLobatto, Stages};
 use vi_core::lanes::{Lanes, Register};
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::state::State;
 use vi_core::{MechanicalSystem, SeparableSystem};
 use vi_rigid::rotation::MAX_ROTATION;
-use weights::{Weights, control_point};
+use weights::{SchemeWeights, control_point};
 
 /// [`vi_constraints::galerkin::Sweeps`] of a tree of bodies, `O(N)`.
 #[derive(Debug)]
 pub struct TreeSweeps<T: Register> {
-    space: ControlPoints<T>,
+    space: PointRegisters<T>,
     stages: usize,
     tree: Tree,
-    blocks: Vec<Block>,
+    blocks: Vec<UnknownBlock>,
     links: Vec<Link<Points<T::Lanes>>>,
-    weights: Weights<T::Lanes>,
+    weights: SchemeWeights<T::Lanes>,
     constant: bool,                             // the force
     force: Vec<f64>,                            // n  the constant one
     start: Vec<f64>,                            // n  q_n
@@ -78,7 +78,7 @@ impl<T: Register> TreeSweeps<T> {
         system: &SeparableSystem,
         stages: Stages,
     ) -> Option<Self> {
-        let (s, space, tree) = (stages.count(), ControlPoints(lanes), mechanism.tree());
+        let (s, space, tree) = (stages.count(), PointRegisters(lanes), mechanism.tree());
         if s > T::Lanes::COUNT {
             return None;
         }
@@ -93,7 +93,7 @@ impl<T: Register> TreeSweeps<T> {
             stages: s,
             tree: tree.clone(),
             blocks: tree.blocks(),
-            weights: Weights::new(lanes, &GaussLobatto::new(stages), &[], 0.0),
+            weights: SchemeWeights::new(lanes, &GaussLobatto::new(stages), &[], 0.0),
             constant: false,
             force: vec![0.0; n],
             start: vec![0.0; n],
@@ -294,12 +294,12 @@ fn directors<S: Space>(s: S, q: &[f64], first: usize) -> Columns<S::Vector> {
 
 /// The increment of control points as that of rows: none of the first.
 #[inline(always)]
-fn at_rows<L: Lanes>(delta: Vector<L>) -> Vector<L> {
+fn at_rows<L: Lanes>(delta: LanesVector<L>) -> LanesVector<L> {
     delta.with_first(&[0.0; 3])
 }
 
 /// At the control points, and in the first lane as at the start.
 #[inline(always)]
-fn with_first<L: Lanes>(end: Vector<L>, start: Vector<L>) -> Vector<L> {
+fn with_first<L: Lanes>(end: LanesVector<L>, start: LanesVector<L>) -> LanesVector<L> {
     end.with_first(&three!(i => start.0[i].at(0)))
 }

@@ -1,14 +1,14 @@
 //! A step by the sweeps: opened, solved, closed.
 
 use super::TreeSweeps;
-use super::weights::{Weights, control_point};
+use super::weights::{SchemeWeights, control_point};
 use crate::geometry::one_tree::three;
 use vi_constraints::galerkin::Sweeps;
 use vi_constraints::galerkin::control_points::ControlPoints;
 use vi_constraints::scheme::SubStep;
 use vi_core::lanes::{Lanes, Register};
 use vi_core::mechanical_system::MechanicalSystem;
-use vi_core::newton::{Block, Fault};
+use vi_core::newton::{Fault, UnknownBlock};
 use vi_core::state::State;
 
 impl<T: Register> Sweeps for TreeSweeps<T> {
@@ -16,7 +16,7 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
         self.u.len()
     }
 
-    fn blocks(&self) -> &[Block] {
+    fn blocks(&self) -> &[UnknownBlock] {
         &self.blocks
     }
 
@@ -29,7 +29,8 @@ impl<T: Register> Sweeps for TreeSweeps<T> {
     ) {
         points.open_ends(step, state);
         if self.weights.h.to_bits() != step.h.to_bits() {
-            self.weights = Weights::new(self.space.0, points.constants(), &self.links, step.h);
+            self.weights =
+                SchemeWeights::new(self.space.0, points.constants(), &self.links, step.h);
         }
         let lanes = self.space.0;
         lanes.run(

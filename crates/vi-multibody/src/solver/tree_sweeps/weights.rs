@@ -2,14 +2,14 @@
 #![allow(non_snake_case)] // K
 
 use crate::geometry::control_points::Points;
-use crate::geometry::members::Vector;
+use crate::geometry::members::LanesVector;
 use crate::sweep::link::Link;
 use vi_core::galerkin::GaussLobatto;
 use vi_core::lanes::{Lanes, Register};
 
 /// Constants of the scheme by places.
 #[derive(Debug)]
-pub(super) struct Weights<L> {
+pub(super) struct SchemeWeights<L> {
     pub K: Vec<L>,                  // row i at place i, by places of the increments
     pub inverse: Vec<L>,            // h K̂⁻¹: control points by places, for each row
     pub force: Vec<L>,              // h b_k E_ki, row i at place i, for each Gauss node
@@ -25,7 +25,7 @@ pub(super) fn control_point(place: usize, s: usize) -> usize {
     if place == 0 { s } else { place }
 }
 
-impl<L: Lanes> Weights<L> {
+impl<L: Lanes> SchemeWeights<L> {
     pub(super) fn new(
         lanes: impl Register<Lanes = L>,
         constants: &GaussLobatto,
@@ -57,12 +57,12 @@ impl<L: Lanes> Weights<L> {
 
     /// `Σ_j K_ij Δ_j`.
     #[inline(always)]
-    pub(super) fn mix(&self, delta: &Vector<L>) -> Vector<L> {
+    pub(super) fn mix(&self, delta: &LanesVector<L>) -> LanesVector<L> {
         let [x, y, z] = delta.0;
         let K = &self.K[..L::COUNT];
-        let mut sum = Vector([K[0] * x.at(0), K[0] * y.at(0), K[0] * z.at(0)]);
+        let mut sum = LanesVector([K[0] * x.at(0), K[0] * y.at(0), K[0] * z.at(0)]);
         for l in 1..L::COUNT {
-            sum = sum + Vector([K[l] * x.at(l), K[l] * y.at(l), K[l] * z.at(l)]);
+            sum = sum + LanesVector([K[l] * x.at(l), K[l] * y.at(l), K[l] * z.at(l)]);
         }
         sum
     }
