@@ -165,7 +165,7 @@ const fn text(name: &'static str) -> Column {
 }
 
 /// The columns of `contacts.csv` after [`HEAD`].
-pub const CONTACT_COLUMNS: [Column; 17] = [
+pub const CONTACT_COLUMNS: [Column; 18] = [
     text("contact"),
     text("a"),
     text("b"),
@@ -183,6 +183,7 @@ pub const CONTACT_COLUMNS: [Column; 17] = [
     number("tz", "force", "N"),
     number("slip", "slip", "m/s"),
     text("state"),
+    text("unique"),
 ];
 
 /// The name of a beam.
