@@ -92,6 +92,7 @@ mod statics {
 mod model {
     mod box_contacts;
     mod bushing_laws;
+    mod contact_benchmarks;
     mod contact_energy;
     mod contact_laws;
     mod contact_nodes;

@@ -143,3 +143,33 @@ fn the_door_of_the_guide_comes_to_rest() {
     assert!((stop + hit * (1.0 - 0.4 * 0.4)).abs() < 1e-3 * hit, "{stop} {hit}");
     assert!(friction < -1.2 && last.energies[of("balance")].abs() < 1e-3 * start);
 }
+
+/// Limits that are nearer together than the way of a step lose the bounce: that is said with what
+/// helps, of lengths and of angles; not where a step is short enough, or without two limits.
+#[test]
+fn limits_within_the_way_of_a_step_are_warned_of() {
+    let warnings = |text: &str| -> Vec<String> {
+        let simulation = holonom::Simulation::new(&Model::from_toml(text).unwrap()).unwrap();
+        let all = simulation.warnings();
+        all.iter().filter(|own| own.contains("between its limits")).cloned().collect()
+    };
+    let narrow = cart("rate = 3.0\nlimits = { lower = -0.01, upper = 0.01, restitution = 0.5 }");
+    let found = warnings(&narrow);
+    println!("{found:?}");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].contains("joint `slide` moves by 0.03 m in a step, 1.5 times the 0.02 m"));
+    assert!(found[0].contains("write a step below 0.0017 s"), "{found:?}");
+    let turns = head("arm", "step = 0.01, end = 0.1")
+        + "[[body]]\nname = \"arm\"\nmass = 1.0\ninertia = [0.1, 0.1, 0.1]\n"
+        + &hinge("pin", ["ground", "arm"], [0.0; 3], [0.0, 0.0, 1.0])
+        + "rate = -5.0\nlimits = [-0.02, 0.01]\n";
+    let found = warnings(&turns);
+    assert!(found[0].contains("`pin` moves by 0.05 rad in a step"), "{found:?}");
+    for quiet in [
+        cart("rate = 3.0\nlimits = { upper = 0.01, restitution = 0.5 }"),
+        cart("rate = 1.0\nlimits = [-0.01, 0.01]"),
+        changed(&narrow, "step = 0.01", "step = 0.001"),
+    ] {
+        assert_eq!(warnings(&quiet), Vec::<String>::new(), "{quiet}");
+    }
+}

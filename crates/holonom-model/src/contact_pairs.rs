@@ -181,47 +181,6 @@ impl Model {
         })
     }
 
-    /// Bodies that pass one another within a step: the first pair that approaches, by velocities at
-    /// the start, by more than both are thick.
-    fn unseen<'a>(&'a self, contact: &'a Contact) -> Option<String> {
-        let step = self.settings.step;
-        let velocity = |body: &Body| match body.fixed {
-            true => Vector3::zeros(),
-            false => Vector3::from(body.velocity),
-        };
-        let pairs = self.pairs_of(contact, &mut |_| {});
-        pairs.into_iter().find_map(|ContactPair { a, b, .. }| {
-            let SideOfPair::Body(a) = a else { return None };
-            let between = Vector3::from(b.position) - Vector3::from(a.position);
-            let approach = velocity(b) - velocity(a);
-            let way = step * approach.norm();
-            if way.is_nan() || way <= 0.0 || between.dot(&approach) >= 0.0 {
-                return None;
-            }
-            let along = approach.normalize();
-            let aside = (between - along * between.dot(&along)).norm();
-            let [(reach_a, thick_a), (reach_b, thick_b)] =
-                [a, b].map(|body| self.reach_and_thickness(body, &along));
-            let thick = thick_a + thick_b;
-            (aside < reach_a + reach_b && way > thick).then(|| {
-                format!(
-                    "contact `{}`: in a step `{}` and `{}` approach one another by {way:.2e} m, and both together are {thick:.2e} m thick: they may pass unseen; take a step of {:.0e} s or less",
-                    contact.name, a.name, b.name, 0.5 * step * thick / way
-                )
-            })
-        })
-    }
-
-    /// How far the shapes of a body reach from it, and how thick they are along a direction in
-    /// space, m.
-    fn reach_and_thickness(&self, body: &Body, along: &Vector3<f64>) -> (f64, f64) {
-        let along = body.rotation().transpose() * along;
-        let shapes = self.contact_shapes(body, &Matrix3::identity());
-        let reach = shapes.iter().map(ContactShape::extent).fold(0.0, f64::max);
-        let thick = shapes.iter().filter_map(|shape| thickness_along(shape, &along));
-        (reach, thick.fold(f64::INFINITY, f64::min))
-    }
-
     /// A mesh whose corners are farther apart than what it touches is thick: the first of its
     /// pairs.
     fn coarse_mesh<'a>(&'a self, contact: &'a Contact) -> Option<String> {
@@ -286,7 +245,7 @@ impl Model {
 }
 
 /// How thick a shape is where it is thinnest, m; of planes and meshes `None`.
-fn thickness(shape: &ContactShape) -> Option<f64> {
+pub(crate) fn thickness(shape: &ContactShape) -> Option<f64> {
     match shape {
         ContactShape::Plane { .. } | ContactShape::Points { .. } => None,
         ContactShape::Capsule { radius, .. } => Some(2.0 * radius),
@@ -295,25 +254,6 @@ fn thickness(shape: &ContactShape) -> Option<f64> {
         ContactShape::Cylinder { ends, radius } => {
             Some((2.0 * radius).min((ends[1] - ends[0]).norm()))
         }
-    }
-}
-
-/// How thick a shape is along a unit vector, through its centre, m; of planes `None`.
-fn thickness_along(shape: &ContactShape, along: &Vector3<f64>) -> Option<f64> {
-    let through = |axes: &Matrix3<f64>, halves: &Vector3<f64>| {
-        let ways = (axes.transpose() * along).zip_map(halves, |way, half| half / way.abs());
-        2.0 * ways.min()
-    };
-    match shape {
-        ContactShape::Box { axes, half_lengths, .. } => Some(through(axes, half_lengths)),
-        ContactShape::Points { .. } => shape.ball().map(|(_, radius)| 2.0 * radius),
-        ContactShape::Cylinder { ends, radius } => {
-            let axis = ends[1] - ends[0];
-            let way = axis.normalize().dot(along).abs();
-            let across = (1.0 - way * way).max(0.0).sqrt();
-            Some((axis.norm() / way).min(2.0 * radius / across))
-        }
-        _ => thickness(shape),
     }
 }
 

@@ -19,6 +19,7 @@
 
 mod checks;
 pub mod contact_pairs;
+mod contact_passages;
 pub mod expression;
 mod formula;
 mod frames;

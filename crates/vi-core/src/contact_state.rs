@@ -34,6 +34,10 @@ pub struct Remembered {
     /// Whether it was closed there and its gap was held, not by an impact.
     #[serde(default)]
     pub kept: bool,
+    /// What the loads of the step from there add to the velocity of its gap after the impulse, and
+    /// of the step before that, m/s or rad/s; of what is kept.
+    #[serde(default)]
+    pub loads: Option<[f64; 2]>,
 }
 
 impl Remembered {

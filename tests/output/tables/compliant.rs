@@ -89,6 +89,7 @@ fn columns_of_a_compliant_contact() {
             ("contacts/a unknown", "a name"),
             ("contacts/b unknown", "a name"),
             ("contacts/state unknown", "a name"),
+            ("contacts/unique unknown", "a name"),
             ("contacts/feature", "the same at all rows"),
             ("contacts/nx", still),
             ("contacts/ny", still),

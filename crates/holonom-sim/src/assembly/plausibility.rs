@@ -9,7 +9,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use holonom_model::{Body, Constraint, Family, Model, MotionPath, Shape, ShapeKind};
+use holonom_model::{Body, Constraint, Family, Joint, Model, MotionPath, Shape, ShapeKind};
 use nalgebra::Vector3;
 use vi_multibody::mechanism::Mechanism;
 use vi_multibody::pair::joint::FrameId;
@@ -41,6 +41,7 @@ pub(crate) fn remarks(model: &Model, mechanism: &Mechanism, measures: &Measures)
     found.extend(joints_off(model, mechanism));
     found.extend(degrees(model));
     found.extend(gravity(model));
+    found.extend(narrow_limits(model, mechanism));
     found.extend(time(model, measures));
     found
 }
@@ -276,6 +277,33 @@ fn gravity(model: &Model) -> Option<String> {
         let letter = ["x", "y", "z"][axis];
         format!("gravity points along +{letter}: where {letter} points upwards, write -{}", g[axis])
     })
+}
+
+/// Limits of a joint that are nearer together than the way of its coordinate in the first step.
+fn narrow_limits(model: &Model, mechanism: &Mechanism) -> Vec<String> {
+    let (q, v) = (mechanism.initial_configuration(), mechanism.initial_velocity());
+    let joints = &mechanism.description().joints;
+    let narrow = |joint: &Joint| {
+        let limits = joint.stops()?;
+        let width = limits.upper? - limits.lower?;
+        let place = joints.iter().position(|own| own.name == joint.name)?;
+        let mut rate = 0.0;
+        let coordinate = mechanism.known_coordinate(place, limits.freedom)?;
+        coordinate.for_each_slope(&q, |i, slope| rate += slope * v[i]);
+        let way = model.settings.step * rate.abs();
+        let unit = if joint.pair().is_angle(limits.freedom) { "rad" } else { "m" };
+        (way > width).then(|| {
+            format!(
+                "joint `{}` moves by {} {unit} in a step, {} times the {} {unit} between its limits: it lies at one of them after a step, without a bounce; write a step below {} s",
+                joint.name,
+                rounded(way, 3),
+                rounded(way / width, 2),
+                rounded(width, 3),
+                rounded(0.25 * model.settings.step * width / way, 2)
+            )
+        })
+    };
+    model.joints.iter().filter_map(narrow).collect()
 }
 
 /// An end before the first step has ended, and a step in which bodies fall farther than the

@@ -166,7 +166,7 @@ const fn text(name: &'static str) -> OutputColumn {
 }
 
 /// The columns of `contacts.csv` after [`HEAD`].
-pub const CONTACT_COLUMNS: [OutputColumn; 17] = [
+pub const CONTACT_COLUMNS: [OutputColumn; 18] = [
     text("contact"),
     text("a"),
     text("b"),
@@ -184,6 +184,7 @@ pub const CONTACT_COLUMNS: [OutputColumn; 17] = [
     number("tz", "force", "N"),
     number("slip", "slip", "m/s"),
     text("state"),
+    text("unique"),
 ];
 
 /// The name of a beam.

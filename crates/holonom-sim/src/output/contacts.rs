@@ -2,11 +2,12 @@
 //! them.
 //!
 //! ```text
-//! step,t,contact,a,b,feature,x,y,z,nx,ny,nz,gap,normal,tx,ty,tz,slip,state        m, N, m/s
+//! step,t,contact,a,b,feature,x,y,z,nx,ny,nz,gap,normal,tx,ty,tz,slip,state,unique        m, N, m/s
 //! ```
 //! One row for each contact that transmits a force: the point, the normal from `a` to `b`, the gap,
 //! the force on `b` along the normal and across it, in space, the slip of the step from the node.
-//! The force is the impulse of the node over the mean of both adjacent steps.
+//! The force is the impulse of the node over the mean of both adjacent steps; `unique` says which
+//! part of it follows from the motion.
 
 use std::io::{self, Write};
 
@@ -15,7 +16,7 @@ use serde::Deserialize;
 use super::columns::CONTACT_COLUMNS;
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField, quoted};
-use crate::run::contacts::{ContactPhase, ContactSample};
+use crate::run::contacts::{ContactPhase, ContactSample, UniqueForce};
 use crate::sample::Sample;
 use crate::system::contact_origin::{ContactOrigin, FeatureSides, TouchingShapes};
 
@@ -42,6 +43,8 @@ pub struct ContactRow {
     pub tz: f64,
     pub slip: f64,
     pub state: ContactPhase,
+    #[serde(default)]
+    pub unique: Option<UniqueForce>,
 }
 
 impl ContactRow {
@@ -96,7 +99,8 @@ impl<W: Write> ContactWriter<W> {
     pub fn record(&mut self, sample: &Sample) -> io::Result<()> {
         for contact in &sample.contacts {
             let Some(shapes) = &self.shapes[contact.element as usize] else { continue };
-            let ContactSample { feature, point, axes, gap, force, slip, state, .. } = contact;
+            let ContactSample { feature, point, axes, gap, force, slip, state, unique, .. } =
+                contact;
             let FeatureSides { a, b, number, .. } = shapes.sides(*feature);
             let [name, a, b] = [&shapes.contact, a, b].map(quoted);
             let [name, a, b] = [name?, a?, b?];
@@ -107,7 +111,9 @@ impl<W: Write> ContactWriter<W> {
             let across = contact.across();
             let numbers = place.chain(&across).chain([slip]).map(|x| RowField::Number(*x));
             let fields = head.into_iter().chain([feature]).chain(numbers);
-            self.rows.fields(sample.step, fields.chain([RowField::Text(state.name())]))?;
+            let unique = unique.map_or("", UniqueForce::name);
+            let names = [state.name(), unique].map(RowField::Text);
+            self.rows.fields(sample.step, fields.chain(names))?;
         }
         Ok(())
     }

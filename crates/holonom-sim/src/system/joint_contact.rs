@@ -50,6 +50,6 @@ pub fn nonsmooth_options(settings: &Settings) -> NonsmoothOptions {
         Impact::Moreau => ImpactLaw::Moreau,
         Impact::Sequential => ImpactLaw::Sequential,
     };
-    let max_events = settings.max_events;
-    NonsmoothOptions { method, max_events, impact_law, ..NonsmoothOptions::default() }
+    let (max_events, uniqueness) = (settings.max_events, settings.contacts);
+    NonsmoothOptions { method, max_events, impact_law, uniqueness, ..NonsmoothOptions::default() }
 }

@@ -1,6 +1,6 @@
 //! A node whose impulses are found: the state after its step, and what is recorded.
 
-use super::impulses::NodeImpulses;
+use super::impulses::{NodeImpulses, is_same_length};
 use super::node_law::{Contact, Course, Kind};
 use super::record::{ContactRecord, ContactStatus, FirstImpulses, NodeRecord, Records};
 use super::unilateral::ContactLaw;
@@ -42,7 +42,12 @@ impl NodeImpulses {
             let (id, sticks) = (contact.id, record.status == ContactStatus::Stick);
             let is_pressed = contact.law.restitution().is_some() && impulse[0] > 0.0;
             let kept = is_pressed && contact.kind != Kind::Impact && contact.is_closed();
-            remembered.contacts.push(Remembered { id, impulse, rate, slip, sticks, kept });
+            let loads = kept.then(|| {
+                let now = contact.gamma - contact.gap / h - self.plus[contact.row];
+                [now, contact.loads.filter(|_| is_same_length(before, h)).map_or(now, |own| own[0])]
+            });
+            let own = Remembered { id, impulse, rate, slip, sticks, kept, loads };
+            remembered.contacts.push(own);
             records.contacts.push(record);
         }
         let counts = &mut remembered.counts;
@@ -70,7 +75,7 @@ impl NodeImpulses {
             for of in [&mut *up_to, &mut *arrived] {
                 of.resize(end.q.len(), 0.0);
             }
-            let Self { contacts, W, arrival, node_velocity, rows, .. } = self;
+            let Self { contacts, W, arrival, node_velocity, rows, islands, uniqueness, .. } = self;
             let own = &mut records.contacts[first..];
             let add = |part: &[f64], to: &mut [f64]| {
                 part.iter().enumerate().for_each(|(i, part)| rows.add_to(i, *part, to));
@@ -80,6 +85,11 @@ impl NodeImpulses {
             node_velocity.work(at, arrival, own, |own, work| {
                 (own.work_arriving, own.work_before) = (work, work);
             });
+            if let Some(uniqueness) = uniqueness {
+                for island in 0..islands.count() {
+                    uniqueness.find(at, islands.contacts(island), h, own);
+                }
+            }
             if contacts.iter().any(|contact| contact.is_struck) {
                 add(node_velocity.find(at, arrival, [share_before, 1.0], own), up_to);
                 node_velocity.work(at, arrival, own, |own, work| own.work_before = work);
@@ -140,6 +150,7 @@ impl NodeImpulses {
             work,
             work_before,
             work_arriving,
+            unique: None,
         }
     }
 }

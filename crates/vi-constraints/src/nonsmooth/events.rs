@@ -78,12 +78,15 @@ pub struct NonsmoothOptions {
     pub turning_slip: bool,
     /// What an impact is.
     pub impact_law: ImpactLaw,
+    /// Whether it is found which impulses are unique ([`ContactRecord::unique`]), for a dense
+    /// elimination of each island at the first node of a step.
+    pub uniqueness: bool,
 }
 
 impl Default for NonsmoothOptions {
     fn default() -> Self {
         let (method, impact_law) = (Method::Events, ImpactLaw::Newton);
-        Self { method, max_events: 12, turning_slip: false, impact_law }
+        Self { method, max_events: 12, turning_slip: false, impact_law, uniqueness: false }
     }
 }
 
@@ -122,7 +125,7 @@ impl Nonsmooth {
             kinds: elements.iter().map(kind).collect(),
             elements,
             options,
-            node: NodeImpulses::new(options.turning_slip, options.impact_law),
+            node: NodeImpulses::new(options),
             records: Records::default(),
             trial: Records::default(),
             set: Vec::new(),

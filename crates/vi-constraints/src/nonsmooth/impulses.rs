@@ -3,6 +3,7 @@
 
 use super::active_rows::ActiveRows;
 use super::delassus::Delassus;
+use super::events::NonsmoothOptions;
 use super::holding::Holding;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
@@ -10,6 +11,7 @@ use super::node_law::{CLOSED, Contact, Course, Kind, SlipSpeed};
 use super::node_velocity::NodeVelocity;
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, Elements, TransverseImpulses, Unilateral};
+use super::uniqueness::Uniqueness;
 use crate::constraints::Constraints;
 use crate::discretization::Discretization;
 use crate::scheme::{StepError, SubStep};
@@ -17,6 +19,9 @@ use vi_core::Configuration;
 use vi_core::contact_state::{ContactId, Remembered};
 use vi_core::linear::norm_inf;
 use vi_core::state::State;
+
+/// Lengths of steps that differ by no more than this part are one.
+const SAME_LENGTH: f64 = 1e-9;
 
 /// The contacts of a node and their impulses.
 #[derive(Debug, Default)]
@@ -47,9 +52,10 @@ pub(super) struct NodeImpulses {
     pub(super) guarded: Vec<usize>,    // scratch: contacts of an island
     pub(super) holding: Holding,       // scratch
     pub(super) node_velocity: NodeVelocity,
-    pub(super) solved: u64, // steps for this node
-    pub(super) length: f64, // of the last one, s
-    pub(super) whole: f64,  // H, s
+    pub(super) uniqueness: Option<Uniqueness>, // where it is asked for
+    pub(super) solved: u64,                    // steps for this node
+    pub(super) length: f64,                    // of the last one, s
+    pub(super) whole: f64,                     // H, s
     pub(super) is_guarded: bool,
     pub(super) may_relax: bool,
     pub(super) may_yield: bool, // impacts may be plastic where no impulses are found else
@@ -58,9 +64,16 @@ pub(super) struct NodeImpulses {
     pub(super) begun: Vec<f64>, // k  Λ where an iteration began
 }
 
+/// Whether two steps have one length, beside rounding.
+pub(super) fn is_same_length(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME_LENGTH * b
+}
+
 impl NodeImpulses {
-    pub(super) fn new(turning_slip: bool, impact_law: ImpactLaw) -> Self {
-        Self { turning_slip, impact_law, ..Self::default() }
+    pub(super) fn new(options: NonsmoothOptions) -> Self {
+        let NonsmoothOptions { turning_slip, impact_law, uniqueness, .. } = options;
+        let uniqueness = uniqueness.then(Uniqueness::default);
+        Self { turning_slip, impact_law, uniqueness, ..Self::default() }
     }
 
     /// A node begins.
@@ -100,9 +113,13 @@ impl NodeImpulses {
         }
         p.resize(state.q.len(), 0.0);
         (self.solved, self.is_guarded) = (0, false);
-        if k > 0 {
-            W.open(run, state, h, rows, minus)?;
+        if k == 0 {
+            islands.clear();
+            self.arrival.clear();
+            self.rested.clear();
+            return Ok(());
         }
+        W.open(run, state, h, rows, minus)?;
         let speeds = norm_inf(minus);
         for contact in contacts.iter_mut().filter(|contact| contact.law.has_static_friction()) {
             // what touches without slip
@@ -118,12 +135,32 @@ impl NodeImpulses {
         }
         self.arrival.clone_from(minus);
         islands.find(contacts, W);
-        if k > 0 {
-            let count = islands.count().max(self.problems.len());
-            self.problems.resize_with(count, ActiveRows::default);
-        }
+        let count = islands.count().max(self.problems.len());
+        self.problems.resize_with(count, ActiveRows::default);
         self.find_kept();
+        self.begin_at_loads((state, h));
         Ok(())
+    }
+
+    /// The iteration of an island of one contact without friction that is kept begins at the
+    /// impulse that holds its gap under the loads of the two steps before, continued to this one
+    /// [N10]. At rest this is the solution, and rounding of the gap that the node before has left
+    /// is no change of loads. Its law has one solution: the beginning chooses none.
+    fn begin_at_loads(&mut self, (state, h): (&State, f64)) {
+        let Self { contacts, islands, W, minus, lambda, .. } = self;
+        if !is_same_length(state.contacts.step, h) {
+            return;
+        }
+        let is_one = |place: usize| islands.contacts(islands.of(place)).len() == 1;
+        let kept = contacts.iter().enumerate().filter(|(_, own)| own.is_kept);
+        for (place, contact) in kept.filter(|(_, own)| own.law.rows() == 1) {
+            let Some([last, before]) = contact.loads.filter(|_| is_one(place)) else { continue };
+            let (row, own) = (contact.row, W.at(contact.row, contact.row));
+            let loads = 2.0 * last - before;
+            if own > 0.0 {
+                lambda[row] = (-(contact.gap / h + minus[row] + loads) / own).max(0.0);
+            }
+        }
     }
 
     /// The same with more contacts: the iteration goes on from the impulses that were found.
@@ -203,6 +240,9 @@ impl NodeImpulses {
         step: SubStep,
         state: &State,
     ) -> Result<(), StepError> {
+        if self.contacts.is_empty() {
+            return self.try_step(run, step, state);
+        }
         self.begin();
         if self.impact_law != ImpactLaw::Newton {
             return self.solve_after_impacts(elements, run, step, state);
@@ -298,6 +338,7 @@ impl Contact {
             shift: [0.0; 2],
             is_new: known.is_none() && gap <= CLOSED * size,
             is_kept: known.is_some_and(|known| known.kept) && gap <= CLOSED * size,
+            loads: known.and_then(|known| known.loads),
             is_struck: false,
             leaves: false,
             may_depart: false,

@@ -21,14 +21,8 @@ pub(super) struct Islands {
 impl Islands {
     /// From the pattern of `W`.
     pub(super) fn find(&mut self, contacts: &[Contact], W: &Delassus) {
+        self.clear();
         let Self { parent, owners, numbers, locals, sizes, ends, members } = self;
-        parent.clear();
-        owners.clear();
-        numbers.clear();
-        ends.clear();
-        members.clear();
-        locals.clear();
-        sizes.clear();
         for (place, contact) in contacts.iter().enumerate() {
             parent.push(place as u32);
             owners.resize(contact.row + contact.law.rows(), place as u32);
@@ -67,6 +61,13 @@ impl Islands {
             members[*next] = place;
             *next += 1;
         }
+    }
+
+    /// Of no contacts.
+    pub(super) fn clear(&mut self) {
+        let Self { parent, owners, numbers, locals, sizes, ends, members } = self;
+        [parent, owners, numbers, locals, sizes].into_iter().for_each(Vec::clear);
+        [ends, members].into_iter().for_each(Vec::clear);
     }
 
     pub(super) fn count(&self) -> usize {

@@ -22,6 +22,7 @@
 //! | `accepted` | the state after the step of a node, and what is recorded |
 //! | `impact_law`, `collisions` | impacts after Newton, after Moreau, or one after the other |
 //! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
+//! | `uniqueness` | which impulses follow from the motion |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
 //! | `stepping` | what steps are solved with |
 //! | `record` | what happened at the nodes of a step |
@@ -55,13 +56,14 @@ mod record;
 mod response;
 mod stepping;
 pub mod unilateral;
+mod uniqueness;
 
 pub(crate) use stepping::Stepping;
 
 pub use events::{Method, Nonsmooth, NonsmoothOptions};
 pub use impact_law::ImpactLaw;
 pub use named::NamedContacts;
-pub use record::{ContactImpulse, ContactRecord, ContactStatus, NodeRecord};
+pub use record::{ContactImpulse, ContactRecord, ContactStatus, NodeRecord, Unique};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 
 use vi_core::cone::ConeFault;

@@ -102,6 +102,7 @@ pub(super) struct Contact {
     pub(super) shift: [f64; 2],               // that ξ_T is asked for without
     pub(super) is_new: bool,                  // closed, and no contact of the node before
     pub(super) is_kept: bool,                 // closed from the node before to this one
+    pub(super) loads: Option<[f64; 2]>,       // ΔU_N of the steps before, of what was kept over one
     pub(super) is_struck: bool,               // its impulse acts at once, in the node accepted last
     pub(super) leaves: bool,                  // by an impact beside it
     pub(super) may_depart: bool, // nothing else is closed or closes beside what is kept

@@ -16,6 +16,17 @@ pub enum ContactStatus {
     Impact,
 }
 
+/// Which part of the impulse of a contact follows from the motion; the rest is one choice of many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unique {
+    /// All of it.
+    All,
+    /// That along the normal.
+    Normal,
+    /// None.
+    No,
+}
+
 /// A contact at a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactRecord {
@@ -43,6 +54,9 @@ pub struct ContactRecord {
     pub work_before: f64,
     /// The same before anything is hit.
     pub work_arriving: f64,
+    /// Which part of `Λ` is unique, of the first node of a macro step; `None` where that is not
+    /// known, or not asked for.
+    pub unique: Option<Unique>,
 }
 
 /// A node with contacts.

@@ -40,6 +40,16 @@ impl JointStop {
     fn sign(feature: u32) -> f64 {
         if feature == LOWER { 1.0 } else { -1.0 }
     }
+
+    /// The gap to a limit at a node with this coordinate.
+    fn gap_at(&self, coordinate: f64, (feature, limit): (u32, f64), at: Configuration<'_>) -> f64 {
+        let from_afar = coordinate - limit;
+        // near the stop an angle is compared without its revolutions
+        match from_afar.abs() > NEAR * self.size {
+            true => from_afar * Self::sign(feature),
+            false => self.coordinate.distance_from(limit, at) * Self::sign(feature),
+        }
+    }
 }
 
 impl Unilateral for JointStop {
@@ -60,20 +70,17 @@ impl Unilateral for JointStop {
     }
 
     fn near(&self, _s: &Interval, at: Configuration<'_>, out: &mut Vec<(u32, f64)>) {
-        let stops = [(LOWER, self.lower), (UPPER, self.upper)];
-        let stated = stops.iter().filter(|(_, limit)| limit.is_some());
-        out.extend(stated.map(|(feature, _)| (*feature, self.gap(*feature, at))));
+        let coordinate = self.coordinate.at_node(at);
+        for (feature, limit) in [(LOWER, self.lower), (UPPER, self.upper)] {
+            if let Some(limit) = limit {
+                out.push((feature, self.gap_at(coordinate, (feature, limit), at)));
+            }
+        }
     }
 
     fn gap(&self, feature: u32, at: Configuration<'_>) -> f64 {
         let limit = if feature == LOWER { self.lower } else { self.upper };
-        let limit = limit.unwrap_or(0.0);
-        let from_afar = self.coordinate.at_node(at) - limit;
-        // near the stop an angle is compared without its revolutions
-        match from_afar.abs() > NEAR * self.size {
-            true => from_afar * Self::sign(feature),
-            false => self.coordinate.distance_from(limit, at) * Self::sign(feature),
-        }
+        self.gap_at(self.coordinate.at_node(at), (feature, limit.unwrap_or(0.0)), at)
     }
 
     fn rows(&self, feature: u32, at: Configuration<'_>, out: &mut ContactRows) {
