@@ -343,7 +343,8 @@ impl Nonsmooth {
             divides = self.set.len() <= MANY
                 && events < MOST_TOUCHES
                 && step.h > REST * whole
-                && self.node.lifts(step.h < whole);
+                && self.node.lifts(step.h < whole)
+                && self.may_divide(run, (step.h, state))?;
             let is_exhausted = self.options.method == Method::Events && events > 0 && !divides;
             counts.exhausted += u64::from(is_exhausted);
             if divides {
