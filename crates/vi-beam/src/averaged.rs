@@ -90,6 +90,7 @@ pub struct AveragedStrains {
     tension: Vec<Bound>,   // elements; empty without tension mass
     variables: usize,      // of bounds that follow
     pub(crate) reach: f64, // L, m
+    whole: f64,            // H, s
 }
 
 /// The bound `N̂` of the tension of an element.
@@ -222,7 +223,7 @@ impl AveragedStrains {
     pub fn new(elements: Elements) -> Self {
         let reach = elements.list().iter().map(|element| element.length).sum();
         let (slowness, tension) = (Vec::new(), Vec::new());
-        Self { elements, most: 0.0, slowness, tension, variables: 0, reach }
+        Self { elements, most: 0.0, slowness, tension, variables: 0, reach, whole: 0.0 }
     }
 
     /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually
@@ -273,6 +274,19 @@ impl AveragedStrains {
         self
     }
 
+    /// The same with the added mass of a step `whole` in all shorter ones, s: parts of a step have
+    /// one mass matrix, and a kinetic energy that does not depend on how it is divided.
+    #[must_use]
+    pub fn with_mass_of(mut self, whole: f64) -> Self {
+        self.whole = whole;
+        self
+    }
+
+    /// The length of the step whose added mass a step `h` has.
+    fn step_of_mass(&self, h: f64) -> f64 {
+        if h.abs() < self.whole { self.whole } else { h }
+    }
+
     /// The bounds that follow the tension, with their elements.
     pub(crate) fn following(
         &self,
@@ -316,13 +330,16 @@ impl AveragedStrains {
 
     /// The elements in a step `h`, with all internal variables.
     fn scaled<'a>(&'a self, h: f64, internal: &'a [f64]) -> impl Iterator<Item = Scaled<'a>> {
-        let mu =
-            move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
+        let whole = self.step_of_mass(h);
+        let more = if h.abs() < self.whole { whole * whole / (h * h) } else { 1.0 };
+        let mu = move |k: usize| {
+            self.slowness.get(k).map_or(0.0, |own| more * scaling(self.most, *own, whole))
+        };
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
             let line = self.elements.section(element).inertia()[0];
             let lengths = [element.length, self.reach];
             let tension = self.bound(k, internal);
-            let tension = tension.map(|bound| tension_mass(bound, lengths, h, line));
+            let tension = tension.map(|bound| more * tension_mass(bound, lengths, whole, line));
             Scaled { index: k, element, stiffness, mu: mu(k), tension }
         })
     }
@@ -353,6 +370,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         if self.adds_mass() {
+            let h = self.step_of_mass(h);
             for own in self.scaled(h, at.internal) {
                 let weight = h * h * own.element.length;
                 let at = own.element.within(at.q);
@@ -364,6 +382,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_mass_slope(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut dyn Entries) {
         if self.adds_mass() {
+            let h = self.step_of_mass(h);
             for own in self.scaled(h, at.internal) {
                 let (element, weight) = (own.element, h * h * own.element.length);
                 let (within, v) = (element.within(at.q), element.coordinates(v));

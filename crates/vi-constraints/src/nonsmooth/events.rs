@@ -291,10 +291,16 @@ impl Nonsmooth {
                     run.end.contacts.counts.divided += u64::from(part < h);
                     return Ok(t_end);
                 }
+                Err(StepError::Newton(error))
+                    if run.system.adds_mass() && 0.5 * part >= LEAST * step.h =>
+                {
+                    refused.get_or_insert(error.into()); // an impact that a beam cannot follow
+                    part *= 0.5;
+                }
                 Err(error) if error.may_end() && !self.set.is_empty() => {
                     let refused = refused.get_or_insert(error);
                     part *= 0.5;
-                    if part >= SHORTEST * step.h {
+                    if part >= SHORTEST * step.h && self.may_divide(run, (step.h, state))? {
                         continue;
                     }
                     part = h;
