@@ -6,9 +6,10 @@
 use std::borrow::Cow;
 
 use nalgebra::Vector3;
+use vi_beam::ElementKind;
 
 use crate::types::beam::{Beam, End};
-use crate::types::contact::{BodyNames, matches};
+use crate::types::contact::{BodyNames, Contact, matches};
 use crate::types::outline::OutlineKind;
 use crate::types::shape::{Shape, ShapeKind};
 use crate::{Body, GROUND, Model};
@@ -44,6 +45,11 @@ impl Beam {
 
     fn node_name(&self, node: usize) -> String {
         format!("{}.{node}", self.name)
+    }
+
+    /// Whether a name of a `[[contact]]` stands for any of its nodes.
+    fn is_any(&self, name: &str) -> bool {
+        self.touching_nodes().any(|node| self.is_named(node, name))
     }
 
     /// Whether a name of a `[[contact]]` stands for one of its nodes: that of the beam, of the
@@ -101,6 +107,20 @@ impl Model {
     fn holds_node(&self, beam: &Beam, node: usize) -> bool {
         let is_held = |(at, end): (usize, End)| at == node && end != End::Free;
         [(0, beam.start), (beam.node_count() - 1, beam.end)].into_iter().any(is_held)
+    }
+
+    /// A rope that touches by impulses and states no bound of its tension: the first one.
+    pub(crate) fn unbounded(&self, contact: &Contact) -> Option<String> {
+        let touches = |beam: &&Beam| contact.b.list().iter().any(|name| beam.is_any(name));
+        let is_open = |beam: &&Beam| {
+            beam.tension.is_none() && beam.element_kind(&self.settings) == ElementKind::Rope
+        };
+        let mut ropes = self.beams.iter().filter(|_| contact.is_rigid());
+        let rope = ropes.find(|beam| is_open(beam) && touches(beam))?;
+        Some(format!(
+            "contact `{}`: an impact pulls the rope `{}` taut within a step, and the bound of its tension follows one step behind: state `tension` of the beam, N, the largest one to come",
+            contact.name, rope.name
+        ))
     }
 
     /// The beam and the node of a name.

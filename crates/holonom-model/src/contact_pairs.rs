@@ -156,6 +156,7 @@ impl Model {
             remarks.extend(self.unresolved(contact));
             remarks.extend(self.coarse_mesh(contact));
             remarks.extend(self.unseen(contact));
+            remarks.extend(self.unbounded(contact));
             if contact.friction > STRANGE {
                 remarks.push(format!(
                     "the friction of contact `{}` is {}: coefficients of dry friction are seldom above 1",
