@@ -85,7 +85,8 @@ impl Model {
         let density = beam.mean_section().map_or(0.0, |section| section.inertia()[0]);
         let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();
         let mass = density * length / beam.element_count() as f64;
-        let centers: Vec<Vector3<f64>> = meshes.iter().flat_map(|own| own.centers.clone()).collect();
+        let centers: Vec<Vector3<f64>> =
+            meshes.iter().flat_map(|own| own.centers.clone()).collect();
         let spin = Vector3::from(beam.angular_velocity);
         let sphere = beam.touching_radius().map(|r| Shape::new(ShapeKind::Sphere, vec![r]));
         found.extend(nodes.iter().filter_map(|&k| {
@@ -145,6 +146,9 @@ impl Model {
     #[must_use]
     pub fn member_name(&self, name: &str) -> String {
         let node = self.node_of(name).filter(|_| name != GROUND);
-        node.map_or_else(|| name.to_owned(), |(beam, node)| beam.node_name(beam.touching_node(node)))
+        node.map_or_else(
+            || name.to_owned(),
+            |(beam, node)| beam.node_name(beam.touching_node(node)),
+        )
     }
 }

@@ -18,8 +18,7 @@ const MAX_PAIRS: usize = 100_000;
 pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres, capsules, boxes and cylinders touch one another and corners of meshes: state such shapes as `collision`";
 
 /// What a beam may touch, in words.
-const BESIDE: &str =
-    "name it in `b`, and a plane or bodies in `a`; beams do not touch one another";
+const BESIDE: &str = "name it in `b`, and a plane or bodies in `a`; beams do not touch one another";
 
 /// Shapes between which there is compliant contact, in words.
 const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";
@@ -199,7 +198,8 @@ impl Checker<'_> {
                 SideOfPair::Body(a) => vec![a, pair.b.as_ref()],
             };
             let bare = bodies.iter().find(|body| body.contact_shapes().is_empty());
-            let (message, help) = if let Some(beam) = bare.and_then(|own| own.name.split_once('.')) {
+            let (message, help) = if let Some(beam) = bare.and_then(|own| own.name.split_once('.'))
+            {
                 let help = "add `radius`, m, to the beam: that of the spheres with which its nodes touch; sections of shape circle and tube without stations have theirs";
                 (format!("the beam `{}` has no radius", beam.0), help.to_owned())
             } else if let Some(body) = bare {
