@@ -331,7 +331,7 @@ impl AveragedStrains {
     /// The elements in a step `h`, with all internal variables.
     fn scaled<'a>(&'a self, h: f64, internal: &'a [f64]) -> impl Iterator<Item = Scaled<'a>> {
         let whole = self.step_of_mass(h);
-        let more = if h.abs() < self.whole { whole * whole / (h * h) } else { 1.0 };
+        let more = if h.abs() < self.whole { whole * whole / (h * h) } else { 1.0 }; // [N10]
         let mu = move |k: usize| {
             self.slowness.get(k).map_or(0.0, |own| more * scaling(self.most, *own, whole))
         };
@@ -570,12 +570,34 @@ mod tests {
             for kind in
                 [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::SecondOrder]
             {
-                check_slot_derivatives(scaling, kind);
+                check_slot_derivatives((scaling, 0.0), kind);
             }
+        }
+        check_slot_derivatives((MASS_SCALING, 0.25), ElementKind::Helicoidal);
+    }
+
+    /// Parts of a step have its added mass, whatever their length; longer steps their own [N10].
+    #[test]
+    fn parts_of_a_step_have_the_mass_of_the_whole() {
+        let mut sample = Sample::new(23);
+        let q = near_frames(&mut sample);
+        let elements = with_strains(random_elements(&mut sample).0, ElementKind::Helicoidal, &q);
+        let U_d = AveragedStrains::mass_scaled(elements, MASS_SCALING, vec![0.0, 1e-3])
+            .with_tension_mass(vec![0.7, 2.0])
+            .with_mass_of(0.1);
+        let mass = |h: f64| {
+            let mut out = DMatrix::zeros(36, 36);
+            U_d.add_mass(Configuration::new(0.0, &q), h, &mut out);
+            out
+        };
+        let whole = mass(0.1);
+        assert!(whole.amax() > 1e-3 && (mass(0.2) - &whole).amax() > 1e-3);
+        for part in [0.07, 0.01, 1e-6, 0.0] {
+            assert_eq!(mass(part), whole, "{part}");
         }
     }
 
-    fn check_slot_derivatives(scaling: f64, kind: ElementKind) {
+    fn check_slot_derivatives((scaling, whole): (f64, f64), kind: ElementKind) {
         let mut sample = Sample::new(21);
         let (mut elements, mut q0) = random_elements(&mut sample);
         let mut reach = 0.3;
@@ -586,7 +608,7 @@ mod tests {
         let q1: Vec<f64> = q0.iter().map(|q| q + reach * sample.number()).collect();
         let mut U_d = AveragedStrains::mass_scaled(elements, scaling, vec![0.0, 1e-3]);
         if scaling > 0.0 {
-            U_d = U_d.with_tension_mass(vec![0.7, 2.0]);
+            U_d = U_d.with_tension_mass(vec![0.7, 2.0]).with_mass_of(whole);
         }
         let at = interval(&q0, &q1);
         assert!(U_d.value(&at).is_finite());
