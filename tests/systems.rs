@@ -90,6 +90,7 @@ mod statics {
 }
 
 mod model {
+    mod beam_contacts;
     mod box_contacts;
     mod bushing_laws;
     mod contact_benchmarks;

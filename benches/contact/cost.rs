@@ -2,10 +2,10 @@
 //! box, by their number.
 //!
 //! Rows: chains of 1 and 8 links, a four-bar and a ball with stops, or a floor, out of reach beside
-//! the same without; pressed on its stop or floor beside the same without. By both methods. Then beds of spheres in
-//! five layers with friction 0.3: time of a step and contact when they lie, and the exponent over
-//! the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125, `-- silo N1 N2 ...`
-//! for layers of 5 × 5 spheres.
+//! the same without; pressed on its stop or floor beside the same without. By both methods. Then
+//! beds of spheres in five layers with friction 0.3: time of a step and contact when they lie, and
+//! the exponent over the number of spheres: `-- N1 N2 ...` for others than 125, 1125 and 10,125,
+//! `-- silo N1 N2 ...` for layers of 5 × 5 spheres.
 #![allow(clippy::unwrap_used, missing_docs)] // a bench
 
 #[path = "../../crates/vi-multibody/tests/bed.rs"]

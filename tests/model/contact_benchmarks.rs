@@ -22,9 +22,9 @@ fn floor(of: &str, normal: [f64; 3], keys: &str) -> String {
         + &format!("a = {{ plane = {{ normal = {normal:?} }} }}\nb = \"{of}\"\n{keys}\n")
 }
 
-/// A block that turns about one of its edges onto the other keeps `1 − 3/2 sin² α` of its rate, with
-/// the angle α of its diagonal (Housner 1963). Of a node that is put at the first touch this is the
-/// ratio but for the gravity of the half steps beside it.
+/// A block that turns about one of its edges onto the other keeps `1 − 3/2 sin² α` of its rate,
+/// with the angle α of its diagonal (Housner 1963). Of a node that is put at the first touch this
+/// is the ratio but for the gravity of the half steps beside it.
 #[test]
 fn a_rocking_block_keeps_its_part_of_the_rate() {
     let (half_width, half_height, tilt): (f64, f64, f64) = (0.1, 0.4, 0.1);

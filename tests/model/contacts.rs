@@ -429,9 +429,9 @@ fn touches_of_compliant_contacts_are_events() {
     assert_ne!(all[0].2, "touch still", "it touches from the start");
 }
 
-/// A ball that passes a plate within a step, or nearly so, is not seen: that is said, and what helps;
-/// also of a fall onto what is fixed; not of one that ends in the plate, misses it, flies away, is
-/// carried or falls aside.
+/// A ball that passes a plate within a step, or nearly so, is not seen: that is said, and what
+/// helps; also of a fall onto what is fixed; not of one that ends in the plate, misses it, flies
+/// away, is carried or falls aside.
 #[test]
 fn bodies_that_pass_one_another_in_a_step_are_named() {
     let text = |velocity: [f64; 3], position: [f64; 3], thick: f64| {

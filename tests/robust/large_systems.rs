@@ -182,6 +182,7 @@ fn beam(n: usize) -> Model {
         length: None,
         curvature: None,
         prestress: None,
+        radius: None,
         mass: BeamMass::Consistent,
         tension: None,
         start: End::Free,

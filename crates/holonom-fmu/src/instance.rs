@@ -178,8 +178,8 @@ impl Instance {
     /// Reads values; what is computed only from the initialization on.
     ///
     /// # Errors
-    /// [`UnitRefusal`] for a variable that is not there, before the initialization, and where the node
-    /// cannot be computed.
+    /// [`UnitRefusal`] for a variable that is not there, before the initialization, and where the
+    /// node cannot be computed.
     pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), UnitRefusal> {
         for (reference, value) in references.iter().zip(values) {
             let variable = self.variable(*reference)?;

@@ -1,8 +1,10 @@
 //! The pairs of bodies that may touch one another, and the shapes with which they do.
 //!
 //! Of a `[[contact]]` these are all pairs of a body of `a`, or its plane, with a body of `b`, each
-//! once, without those of which neither moves, and without bodies that share a joint.
+//! once, without those of which neither moves, and without bodies that share a joint. Nodes of
+//! beams in `b` stand for bodies (`contact_nodes`).
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::{Matrix3, Vector3};
@@ -15,14 +17,27 @@ use crate::types::shape::{Shape, ShapeKind};
 use crate::{Body, BodySurface, GROUND, Model};
 
 /// A body that touches a plane, or another body.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ContactPair<'a> {
     /// The section that states it.
     pub contact: &'a Contact,
     /// One side.
     pub a: SideOfPair<'a>,
-    /// The other side.
-    pub b: &'a Body,
+    /// The other side; owned where it is a node of a beam.
+    pub b: Cow<'a, Body>,
+}
+
+/// The name of a side, for as long as that of a body.
+fn name_of<'a>(side: &Cow<'a, Body>) -> Cow<'a, str> {
+    match side {
+        Cow::Borrowed(body) => Cow::Borrowed(&body.name),
+        Cow::Owned(node) => Cow::Owned(node.name.clone()),
+    }
+}
+
+/// Two names in order.
+fn ordered<'a>(a: Cow<'a, str>, b: Cow<'a, str>) -> [Cow<'a, str>; 2] {
+    if a <= b { [a, b] } else { [b, a] }
 }
 
 /// A side of a pair.
@@ -64,7 +79,6 @@ impl Model {
         joined: &mut dyn FnMut(ContactPair<'a>),
     ) -> Vec<ContactPair<'a>> {
         let shared = self.shared_joints();
-        let share = |a: &'a str, b: &'a str| shared.contains(&[a.min(b), a.max(b)]);
         let (sides, others) = self.sides_of(contact);
         let mut pairs = Vec::new();
         let mut known = BTreeSet::new();
@@ -75,13 +89,15 @@ impl Model {
                     plane.on == GROUND || self.body(&plane.on).is_some_and(|body| body.fixed)
                 }
             };
-            for &b in &others {
-                let (pair, names) = (ContactPair { contact, a, b }, [a.name(), b.name.as_str()]);
-                let new = known.insert([names[0].min(names[1]), names[0].max(names[1])]);
-                if !new || names[0] == names[1] || (rests && b.fixed) {
+            for b in &others {
+                let names = ordered(a.name().into(), name_of(b));
+                let shared = a.name() != GROUND && shared.contains(&names);
+                let same = names[0] == names[1];
+                if !known.insert(names) || same || (rests && b.fixed) {
                     continue;
                 }
-                match share(a.name(), &b.name) && a.name() != GROUND {
+                let pair = ContactPair { contact, a, b: b.clone() };
+                match shared {
                     true => joined(pair),
                     false => pairs.push(pair),
                 }
@@ -94,7 +110,7 @@ impl Model {
     pub(crate) fn sides_of<'a>(
         &'a self,
         contact: &'a Contact,
-    ) -> (Vec<SideOfPair<'a>>, Vec<&'a Body>) {
+    ) -> (Vec<SideOfPair<'a>>, Vec<Cow<'a, Body>>) {
         let bodies = |names: &BodyNames| -> Vec<&'a Body> {
             self.bodies.iter().filter(|body| names.contain(&body.name)).collect()
         };
@@ -102,7 +118,8 @@ impl Model {
             ContactSide::Plane(side) => vec![SideOfPair::Plane(&side.plane)],
             ContactSide::Bodies(names) => bodies(names).into_iter().map(SideOfPair::Body).collect(),
         };
-        (a, bodies(&contact.b))
+        let nodes = self.touching_nodes(&contact.b).into_iter().map(Cow::Owned);
+        (a, bodies(&contact.b).into_iter().map(Cow::Borrowed).chain(nodes).collect())
     }
 
     /// All pairs of bodies that may touch.
@@ -139,6 +156,7 @@ impl Model {
             remarks.extend(self.unresolved(contact));
             remarks.extend(self.coarse_mesh(contact));
             remarks.extend(self.unseen(contact));
+            remarks.extend(self.unbounded(contact));
             if contact.friction > STRANGE {
                 remarks.push(format!(
                     "the friction of contact `{}` is {}: coefficients of dry friction are seldom above 1",
@@ -160,15 +178,17 @@ impl Model {
                 SideOfPair::Plane(plane) => self.body(&plane.on),
                 SideOfPair::Body(body) => Some(body),
             };
-            let moving = a.into_iter().chain([pair.b]).filter(|body| !body.fixed);
+            let b = pair.b.as_ref();
+            let moving = a.into_iter().chain([b]).filter(|body| !body.fixed);
             let inverse: f64 = moving.map(|body| 1.0 / body.mass()).sum();
-            let shapes = self.contact_shapes(pair.b, &Matrix3::identity());
+            let shapes = self.contact_shapes(b, &Matrix3::identity());
             let size = shapes.iter().fold(0.0, |size: f64, own| size.max(own.extent()));
             let velocity = |body: &Body| if body.fixed { rest } else { body.velocity.into() };
-            let apart: Vector3<f64> = velocity(pair.b) - a.map_or(rest, velocity);
+            let apart: Vector3<f64> = velocity(b) - a.map_or(rest, velocity);
             let v = apart.norm().max((2.0 * gravity * size).sqrt());
             let v = if v > 0.0 { v } else { 1.0 };
-            (time_of_contact(1.0 / inverse, [stiffness, exponent], v), pair.a.name(), &pair.b.name)
+            let time = time_of_contact(1.0 / inverse, [stiffness, exponent], v);
+            (time, pair.a.name(), pair.b.name.clone())
         };
         let pairs = self.pairs_of(contact, &mut |_| {});
         let (time, a, b) = pairs.into_iter().map(last).min_by(|x, y| x.0.total_cmp(&y.0))?;
@@ -186,8 +206,8 @@ impl Model {
     fn coarse_mesh<'a>(&'a self, contact: &'a Contact) -> Option<String> {
         let axes = Matrix3::identity();
         let mut known = BTreeMap::new();
-        let mut sizes = |body: &'a Body| {
-            *known.entry(&body.name).or_insert_with(|| {
+        let mut sizes = |body: &Body| {
+            *known.entry(body.name.clone()).or_insert_with(|| {
                 let thick = self
                     .contact_shapes(body, &axes)
                     .iter()
@@ -198,7 +218,7 @@ impl Model {
         };
         let pairs = self.pairs_of(contact, &mut |_| {});
         pairs.into_iter().find_map(|ContactPair { a, b, .. }| {
-            let SideOfPair::Body(a) = a else { return None };
+            let (SideOfPair::Body(a), b) = (a, b.as_ref()) else { return None };
             let (of_a, of_b) = (sizes(a), sizes(b));
             let passes = |(wide, _): (f64, f64), (_, thick): (f64, f64)| wide > thick;
             let (mesh, other, wide, thick) = match (passes(of_a, of_b), passes(of_b, of_a)) {
@@ -225,10 +245,17 @@ impl Model {
         })
     }
 
-    fn shared_joints(&self) -> BTreeSet<[&str; 2]> {
+    fn shared_joints(&self) -> BTreeSet<[Cow<'_, str>; 2]> {
         let joints = self.joints.iter().map(|joint| [joint.parent.as_str(), joint.child.as_str()]);
         let released = self.released.iter().map(|[a, b]| [a.as_str(), b.as_str()]);
-        joints.chain(released).map(|[a, b]| [a.min(b), a.max(b)]).collect()
+        let mut shared = BTreeSet::new();
+        for ends in joints.chain(released) {
+            let [of_a, of_b] = ends.map(|name| self.touching_names(name));
+            for a in of_a {
+                shared.extend(of_b.iter().map(|b| ordered(a.clone(), b.clone())));
+            }
+        }
+        shared
     }
 
     /// The shapes with which a body touches others, in axes that stand as the columns of `axes` in

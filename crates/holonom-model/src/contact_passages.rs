@@ -3,9 +3,12 @@
 //! ```text
 //! h |v| > 0.8 (t_A + t_B)
 //! ```
-//! with the thickness `t` of each along the way: from 1 on a step may begin on one side of the other
-//! and end on its far side. Up to there it ends within, and its first touch is found. The velocity
-//! is that at the start; of a body without joints above a fixed one that with which its fall ends.
+//! with the thickness `t` of each along the way: from 1 on a step may begin on one side of the
+//! other and end on its far side. Up to there it ends within, and its first touch is found. The
+//! velocity is that at the start; of a body without joints above a fixed one that with which its
+//! fall ends.
+
+use std::borrow::Cow;
 
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::gap::ContactShape;
@@ -45,11 +48,14 @@ impl Model {
         pairs.into_iter().find_map(|ContactPair { a, b, .. }| {
             let SideOfPair::Body(a) = a else { return None };
             let between = Vector3::from(b.position) - Vector3::from(a.position);
-            let start = velocity(b) - velocity(a);
-            let ways = [("", Some(start)), ("after the fall ", self.fallen([a, b], &between))];
-            ways.into_iter().find_map(|(when, approach)| {
-                self.passes(contact, [a, b], &between, (when, approach?))
-            })
+            let start = velocity(&b) - velocity(a);
+            let fallen = match &b {
+                Cow::Borrowed(body) => self.fallen([a, body], &between),
+                Cow::Owned(_) => None, // a node of a beam, which holds it
+            };
+            [("", Some(start)), ("after the fall ", fallen)].into_iter().find_map(
+                |(when, approach)| self.passes(contact, [a, &b], &between, when, approach?),
+            )
         })
     }
 
@@ -59,7 +65,8 @@ impl Model {
         contact: &Contact,
         [a, b]: [&Body; 2],
         between: &Vector3<f64>,
-        (when, approach): (&str, Vector3<f64>),
+        when: &str,
+        approach: Vector3<f64>,
     ) -> Option<String> {
         let step = self.settings.step;
         let way = step * approach.norm();

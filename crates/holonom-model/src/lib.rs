@@ -18,6 +18,7 @@
 #![deny(missing_docs)]
 
 mod checks;
+mod contact_nodes;
 pub mod contact_pairs;
 mod contact_passages;
 pub mod expression;

@@ -81,7 +81,7 @@
 //! use holonom::vi_constraints::{
 //!     ConstraintFn, InitialValues, Integrator, Options, Reparametrization, SchemeKind,
 //! };
-//! use holonom::vi_core::newton::{Block, BlockKind, Fault};
+//! use holonom::vi_core::newton::{UnknownBlock, BlockKind, Fault};
 //! use holonom::vi_core::potential::LinearPotential;
 //! use holonom::vi_core::{Interval, SeparableSystem};
 //!
@@ -89,8 +89,8 @@
 //! struct Parabola;
 //! impl Reparametrization for Parabola {
 //!     fn dof(&self) -> usize { 1 }
-//!     fn blocks(&self) -> Vec<Block> {
-//!         vec![Block { kind: BlockKind::Position, range: 0..1, floor: 1e-10 }]
+//!     fn blocks(&self) -> Vec<UnknownBlock> {
+//!         vec![UnknownBlock { kind: BlockKind::Position, range: 0..1, floor: 1e-10 }]
 //!     }
 //!     fn null_space(&self, q: &[f64], P: &mut DMatrix<f64>) {
 //!         (P[(0, 0)], P[(1, 0)]) = (1.0, 2.0 * q[0]);

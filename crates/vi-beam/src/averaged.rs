@@ -90,6 +90,7 @@ pub struct AveragedStrains {
     tension: Vec<Bound>,   // elements; empty without tension mass
     variables: usize,      // of bounds that follow
     pub(crate) reach: f64, // L, m
+    whole: f64,            // H, s
 }
 
 /// The bound `N̂` of the tension of an element.
@@ -222,7 +223,7 @@ impl AveragedStrains {
     pub fn new(elements: Elements) -> Self {
         let reach = elements.list().iter().map(|element| element.length).sum();
         let (slowness, tension) = (Vec::new(), Vec::new());
-        Self { elements, most: 0.0, slowness, tension, variables: 0, reach }
+        Self { elements, most: 0.0, slowness, tension, variables: 0, reach, whole: 0.0 }
     }
 
     /// Averaged strains with selective mass scaling; `most`: the largest `μ`, usually
@@ -273,6 +274,19 @@ impl AveragedStrains {
         self
     }
 
+    /// The same with the added mass of a step `whole` in all shorter ones, s: parts of a step have
+    /// one mass matrix, and a kinetic energy that does not depend on how it is divided.
+    #[must_use]
+    pub fn with_mass_of(mut self, whole: f64) -> Self {
+        self.whole = whole;
+        self
+    }
+
+    /// The length of the step whose added mass a step `h` has.
+    fn step_of_mass(&self, h: f64) -> f64 {
+        if h.abs() < self.whole { self.whole } else { h }
+    }
+
     /// The bounds that follow the tension, with their elements.
     pub(crate) fn following(
         &self,
@@ -320,13 +334,16 @@ impl AveragedStrains {
         h: f64,
         internal: &'a [f64],
     ) -> impl Iterator<Item = ScaledElement<'a>> {
-        let mu =
-            move |k: usize| self.slowness.get(k).map_or(0.0, |own| scaling(self.most, *own, h));
+        let whole = self.step_of_mass(h);
+        let more = if h.abs() < self.whole { whole * whole / (h * h) } else { 1.0 }; // [N11]
+        let mu = move |k: usize| {
+            self.slowness.get(k).map_or(0.0, |own| more * scaling(self.most, *own, whole))
+        };
         self.elements.iter().enumerate().map(move |(k, (element, stiffness))| {
             let line = self.elements.section(element).inertia()[0];
             let lengths = [element.length, self.reach];
             let tension = self.bound(k, internal);
-            let tension = tension.map(|bound| tension_mass(bound, lengths, h, line));
+            let tension = tension.map(|bound| more * tension_mass(bound, lengths, whole, line));
             ScaledElement { index: k, element, stiffness, mu: mu(k), tension }
         })
     }
@@ -357,6 +374,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_mass(&self, at: Configuration<'_>, h: f64, out: &mut dyn Entries) {
         if self.adds_mass() {
+            let h = self.step_of_mass(h);
             for own in self.scaled(h, at.internal) {
                 let weight = h * h * own.element.length;
                 let at = own.element.within(at.q);
@@ -368,6 +386,7 @@ impl DiscretePotential for AveragedStrains {
 
     fn add_mass_slope(&self, at: Configuration<'_>, h: f64, v: &[f64], out: &mut dyn Entries) {
         if self.adds_mass() {
+            let h = self.step_of_mass(h);
             for own in self.scaled(h, at.internal) {
                 let (element, weight) = (own.element, h * h * own.element.length);
                 let (within, v) = (element.within(at.q), element.coordinates(v));
@@ -555,12 +574,34 @@ mod tests {
             for kind in
                 [ElementKind::MeanDirectors, ElementKind::Helicoidal, ElementKind::SecondOrder]
             {
-                check_slot_derivatives(scaling, kind);
+                check_slot_derivatives((scaling, 0.0), kind);
             }
+        }
+        check_slot_derivatives((MASS_SCALING, 0.25), ElementKind::Helicoidal);
+    }
+
+    /// Parts of a step have its added mass, whatever their length; longer steps their own [N11].
+    #[test]
+    fn parts_of_a_step_have_the_mass_of_the_whole() {
+        let mut sample = Sample::new(23);
+        let q = near_frames(&mut sample);
+        let elements = with_strains(random_elements(&mut sample).0, ElementKind::Helicoidal, &q);
+        let U_d = AveragedStrains::mass_scaled(elements, MASS_SCALING, vec![0.0, 1e-3])
+            .with_tension_mass(vec![0.7, 2.0])
+            .with_mass_of(0.1);
+        let mass = |h: f64| {
+            let mut out = DMatrix::zeros(36, 36);
+            U_d.add_mass(Configuration::new(0.0, &q), h, &mut out);
+            out
+        };
+        let whole = mass(0.1);
+        assert!(whole.amax() > 1e-3 && (mass(0.2) - &whole).amax() > 1e-3);
+        for part in [0.07, 0.01, 1e-6, 0.0] {
+            assert_eq!(mass(part), whole, "{part}");
         }
     }
 
-    fn check_slot_derivatives(scaling: f64, kind: ElementKind) {
+    fn check_slot_derivatives((scaling, whole): (f64, f64), kind: ElementKind) {
         let mut sample = Sample::new(21);
         let (mut elements, mut q0) = random_elements(&mut sample);
         let mut reach = 0.3;
@@ -571,7 +612,7 @@ mod tests {
         let q1: Vec<f64> = q0.iter().map(|q| q + reach * sample.number()).collect();
         let mut U_d = AveragedStrains::mass_scaled(elements, scaling, vec![0.0, 1e-3]);
         if scaling > 0.0 {
-            U_d = U_d.with_tension_mass(vec![0.7, 2.0]);
+            U_d = U_d.with_tension_mass(vec![0.7, 2.0]).with_mass_of(whole);
         }
         let at = interval(&q0, &q1);
         assert!(U_d.value(&at).is_finite());

@@ -55,6 +55,8 @@ pub struct BeamElements {
     /// Bounds of the tension of some elements that are stated, N; those of the others
     /// follow their tension ([`crate::averaged`]).
     pub tension: Vec<(Range<usize>, f64)>,
+    /// Shorter steps have the added mass of a step of this length, s.
+    pub whole: f64,
 }
 
 /// Beams in the description of a mechanism.

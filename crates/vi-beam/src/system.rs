@@ -70,6 +70,7 @@ impl BeamElements {
             _ => (0.0, none),
         };
         let averaged = AveragedStrains::mass_scaled(elements, mu, slowness);
+        let averaged = averaged.with_mass_of(self.whole);
         match rule {
             StrainRule::MassScaled | StrainRule::Dissipative => {
                 averaged.with_following_tension_mass(&self.tension)

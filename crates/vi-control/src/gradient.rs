@@ -10,9 +10,9 @@
 //! The price is one linear solve for each step, whatever the number of controls and parameters. The
 //! four schemes have the same motion, so one recursion serves them all; compositions are their
 //! sub-steps. A Galerkin step has [2.50] in the place of [2.38], and [2.39], [2.40] part by part
-//! ([`NodePlace`]). What a derivative takes as fixed: the number of steps, the enforced constraints,
-//! the revolutions of angles. Newton's method has no derivative: a tolerance other than zero makes
-//! one wrong by as much.
+//! ([`NodePlace`]). What a derivative takes as fixed: the number of steps, the enforced
+//! constraints, the revolutions of angles. Newton's method has no derivative: a tolerance other
+//! than zero makes one wrong by as much.
 //!
 //! Source: S. Ober-Blöbaum, O. Junge, J. E. Marsden, ESAIM COCV 17 (2011) 322–352, for the discrete
 //! adjoint of forced variational integrators.

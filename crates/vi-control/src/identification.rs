@@ -73,7 +73,8 @@ pub enum Measurable {
     Configuration(Box<dyn Quantity>),
     /// Of a node with its velocity; its reading is [`MeasuredReading::Value`].
     Node(Box<dyn NodeQuantity>),
-    /// Of a node with its momentum, the end cost of a term; its reading is [`MeasuredReading::Value`].
+    /// Of a node with its momentum, the end cost of a term; its reading is
+    /// [`MeasuredReading::Value`].
     State(Box<dyn CostTerm>),
 }
 

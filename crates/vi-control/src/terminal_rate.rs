@@ -421,7 +421,8 @@ impl<Q: NodeQuantity> TerminalRate<Q> {
     /// The same of what follows from more than that.
     ///
     /// # Errors
-    /// [`TerminalRateError`], also of a velocity where steps add to the masses and the system is not there.
+    /// [`TerminalRateError`], also of a velocity where steps add to the masses and the system is
+    /// not there.
     pub fn with(
         quantity: Q,
         judged: NumberCost,

@@ -6,9 +6,9 @@
 //! ```
 //! Directions without stiffness show as `ω² = 0` to round-off, unstable ones as `ω² < 0`. Torques
 //! with fixed spatial components, followers and control make `K_r` unsymmetric
-//! ([`StaticLinearization::is_circulatory`]): here its symmetric part is taken. Circulatory, damping and
-//! gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows `ω` as
-//! `(2/h) arctan(ωh/2)`.
+//! ([`StaticLinearization::is_circulatory`]): here its symmetric part is taken. Circulatory,
+//! damping and gyroscopic terms: [`mod@crate::vibrations`]. Dense, `O(d³)`. The midpoint rule shows
+//! `ω` as `(2/h) arctan(ωh/2)`.
 #![allow(non_snake_case)] // K, M, J, Z
 
 use crate::equations::{EquilibriumEquations, TreeMatrices};

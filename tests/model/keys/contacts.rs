@@ -3,7 +3,9 @@
 
 use super::{Case, Checks, Run};
 use holonom::nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use vi_testkit::model::{along, body_at, frame, head, heavy, load, part, sensor, slider};
+use vi_testkit::model::{
+    along, beam, body_at, frame, head, heavy, load, part, sensor, slider, soft_section,
+};
 
 type V = Vector3<f64>;
 
@@ -366,6 +368,25 @@ fn recorded() -> Case {
     .only("simulation.contacts")
 }
 
+/// Spheres of nodes of beams with a stated radius: the gap to a plane.
+fn radius_of_nodes() -> Case {
+    let text = [
+        head("nodes", "step = 1e-3, end = 1e-3"),
+        beam("rope", &[[0.0, 0.0, 0.7], [1.0, 0.0, 0.9]], 2),
+        "normal = [0.0, 1.0, 0.0]\nradius = 0.15\n".into(),
+        soft_section(),
+        part("contact", "below") + "a = { plane = {} }\nb = \"rope.1\"\n",
+        sensor("gap", "gap", "below"),
+    ]
+    .concat();
+    Case::new("radius of nodes", text, |run| {
+        let mut checks = Checks::default();
+        checks.all("gap", &[run.columns_of("gap")[0][0]], &[0.8 - 0.15], 1e-12);
+        checks
+    })
+    .only("beam.radius")
+}
+
 /// Two balls that overlap by 0.06 m part in the ratio of their masses; two others only touch.
 fn overlapping() -> Case {
     let text = [
@@ -468,7 +489,7 @@ fn thrown_back() -> [Case; 2] {
 
 pub(super) fn cases() -> Vec<Case> {
     let mut all = vec![planes(), friction(), pairs(), collision(), sensors(), recorded()];
-    all.extend([overlapping(), held(), sequence()]);
+    all.extend([overlapping(), held(), sequence(), radius_of_nodes()]);
     all.extend(thrown_back());
     all
 }

@@ -39,6 +39,10 @@ impl Checker<'_> {
             self.report(format!("{key}.section"), message, help);
         }
         self.rest(key, beam);
+        if let Some(radius) = beam.radius.filter(|radius| *radius <= 0.0) {
+            let message = format!("the radius {radius} m is not positive");
+            self.report(format!("{key}.radius"), message, "write a positive radius, or remove it");
+        }
         if let Some(tension) = beam.tension {
             let key = format!("{key}.tension");
             if tension < 0.0 {

@@ -17,6 +17,9 @@ const MAX_PAIRS: usize = 100_000;
 /// Shapes between which there is contact, in words.
 pub(super) const AVAILABLE: &str = "all shapes but cones stand on planes; spheres, capsules, boxes and cylinders touch one another and corners of meshes: state such shapes as `collision`";
 
+/// What a beam may touch, in words.
+const BESIDE: &str = "name it in `b`, and a plane or bodies in `a`; beams do not touch one another";
+
 /// Shapes between which there is compliant contact, in words.
 const COMPLIANT: &str = "with a `model` spheres, capsules, ellipsoids, boxes and meshes stand on planes; spheres and capsules touch one another, spheres touch boxes and cylinders: state such shapes as `collision`";
 
@@ -24,7 +27,7 @@ impl Checker<'_> {
     /// The contacts of a model.
     pub(super) fn contacts(&mut self) {
         let model = self.model;
-        let mut known: BTreeMap<[&str; 2], &str> = BTreeMap::new();
+        let mut known: BTreeMap<[String; 2], &str> = BTreeMap::new();
         let mut left = MAX_PAIRS;
         for (i, contact) in model.contacts.iter().enumerate() {
             let key = self.document.label("contact", i).to_owned();
@@ -46,7 +49,7 @@ impl Checker<'_> {
             for pair in &pairs {
                 let SideOfPair::Body(a) = pair.a else { continue };
                 let names = [a.name.as_str().min(&pair.b.name), a.name.as_str().max(&pair.b.name)];
-                let first = *known.entry(names).or_insert(&contact.name);
+                let first = *known.entry(names.map(str::to_owned)).or_insert(&contact.name);
                 if first != contact.name {
                     let message = format!(
                         "`{}` and `{}` touch in contact `{first}` already",
@@ -67,14 +70,14 @@ impl Checker<'_> {
         match &contact.a {
             ContactSide::Plane(side) => self.contact_plane(key, contact, &side.plane),
             ContactSide::Bodies(names) => {
-                self.body_names(&format!("{key}.a"), names);
+                self.body_names(&format!("{key}.a"), names, false);
                 if contact.relative_to.is_some() {
                     let message = "bodies have frames of their own".to_owned();
                     self.report(format!("{key}.relative_to"), message, "remove `relative_to`");
                 }
             }
         }
-        self.body_names(&format!("{key}.b"), &contact.b);
+        self.body_names(&format!("{key}.b"), &contact.b, true);
         if contact.friction < 0.0 {
             let message =
                 format!("friction of `{}` is {}: it is negative", contact.name, contact.friction);
@@ -148,36 +151,40 @@ impl Checker<'_> {
         }
     }
 
-    /// Names of bodies; one with `*` is that of one body at least.
-    fn body_names(&mut self, key: &str, names: &BodyNames) {
+    /// Names of bodies, and where they `may_be_nodes` of beams and of nodes; one with `*` is that
+    /// of one at least.
+    fn body_names(&mut self, key: &str, names: &BodyNames, may_be_nodes: bool) {
         if names.list().is_empty() {
             let help = "write the name of a body, or \"*\" for all";
             self.report(key, "no body is named".to_owned(), help);
         }
         for name in names.list() {
+            let own = BodyNames::One(name.clone());
             if is_ground(name) {
                 let help = "write a = { plane = { position = [x, y, z], normal = [x, y, z] } }, or the name of a body with fixed = true";
                 self.report(key, format!("`{GROUND}` has no shape"), help);
+            } else if may_be_nodes && !self.model.touching_nodes(&own).is_empty() {
+                // a beam, one of its nodes, or some of them
             } else if name.contains('*') {
-                let own = BodyNames::One(name.clone());
                 if !self.model.bodies.iter().any(|body| own.contain(&body.name)) {
                     let message = format!("no body has a name like `{name}`");
-                    self.report(
-                        key,
-                        message,
-                        "`*` stands for any characters: \"*\" for all bodies",
-                    );
+                    let help = "`*` stands for any characters: \"*\" for all bodies, \"rope.*\" for all nodes of the beam `rope`";
+                    self.report(key, message, help);
                 }
-            } else if let Some(kind @ ("particle" | "beam")) =
-                self.kinds.get(name.as_str()).copied()
-            {
-                let message = format!("`{name}` is a {kind}: bodies touch");
+            } else if self.kinds.get(name.as_str()) == Some(&"particle") {
+                let message = format!("`{name}` is a particle: bodies touch");
                 self.report(key, message, "write a [[body]] with a shape in its place");
+            } else if self.kinds.get(name.as_str()) == Some(&"beam") {
+                if !may_be_nodes {
+                    let message = format!("`{name}` is a beam: its nodes touch as `b`");
+                    self.report(key, message, BESIDE);
+                }
             } else if self.refers(key.to_owned(), name, &["body"])
                 && self.model.body(name).is_none()
+                && !may_be_nodes
             {
-                let message = format!("`{name}` is a node of a beam: bodies touch");
-                self.report(key, message, "weld a body with a shape to it, and name that");
+                let message = format!("`{name}` is a node of a beam: nodes touch as `b`");
+                self.report(key, message, BESIDE);
             }
         }
     }
@@ -187,11 +194,15 @@ impl Checker<'_> {
         let mut said = Vec::new();
         for pair in pairs {
             let bodies = match pair.a {
-                SideOfPair::Plane(_) => vec![pair.b],
-                SideOfPair::Body(a) => vec![a, pair.b],
+                SideOfPair::Plane(_) => vec![pair.b.as_ref()],
+                SideOfPair::Body(a) => vec![a, pair.b.as_ref()],
             };
             let bare = bodies.iter().find(|body| body.contact_shapes().is_empty());
-            let (message, help) = if let Some(body) = bare {
+            let (message, help) = if let Some(beam) = bare.and_then(|own| own.name.split_once('.'))
+            {
+                let help = "add `radius`, m, to the beam: that of the spheres with which its nodes touch; sections of shape circle and tube without stations have theirs";
+                (format!("the beam `{}` has no radius", beam.0), help.to_owned())
+            } else if let Some(body) = bare {
                 let help = "add a `shape`, or `collision = [ … ]`";
                 (format!("`{}` has no shape", body.name), help.to_owned())
             } else if let Some([a, b]) = unavailable(pair) {

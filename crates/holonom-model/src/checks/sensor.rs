@@ -85,11 +85,8 @@ impl Checker<'_> {
 
     /// A body whose forces of contacts are measured touches something.
     fn sensor_touches(&mut self, of: String, name: &str) {
-        let touches = self
-            .model
-            .contact_pairs()
-            .iter()
-            .any(|pair| pair.b.name == name || pair.a.name() == name);
+        let (own, pairs) = (self.model.member_name(name), self.model.contact_pairs());
+        let touches = pairs.iter().any(|pair| pair.b.name == own || pair.a.name() == own);
         if self.model.contact(name).is_none() && !touches {
             let message = format!("`{name}` is in no contact");
             self.report(of, message, "name it in a [[contact]], or measure another body");

@@ -11,11 +11,11 @@
 //! its text, so that none disappears in a later operation (`min(1, 0/0)`).
 //!
 //! ```
-//! use holonom_model::expression::{Known, Program};
+//! use holonom_model::expression::{ExpressionProgram, KnownName};
 //!
 //! let names = ["t", "x", "v"];
-//! let mut known = |name: &str| names.iter().position(|own| *own == name).map(Known::Input);
-//! let spring = Program::parse("-2.0e4*x - 6.0e5*x^3 - 30*abs(v)*v", &mut known).expect("valid");
+//! let mut known = |name: &str| names.iter().position(|own| *own == name).map(KnownName::Input);
+//! let spring = ExpressionProgram::parse("-2.0e4*x - 6.0e5*x^3 - 30*abs(v)*v", &mut known).expect("valid");
 //! let mut slopes = [0.0; 3];
 //! let effort = spring.gradient(&[0.0, -0.01, 0.0], &mut slopes).expect("defined");
 //! assert!((effort - 200.6).abs() < 1e-12 && (slopes[1] + 20180.0).abs() < 1e-9);

@@ -521,8 +521,8 @@ impl ExpressionProgram {
         found
     }
 
-    /// The first part that jumps as of [`ExpressionProgram::jumps`] where inputs move; `moves`: which ones
-    /// do.
+    /// The first part that jumps as of [`ExpressionProgram::jumps`] where inputs move; `moves`:
+    /// which ones do.
     #[must_use]
     pub fn jumps_moved(&self, moves: impl Fn(usize) -> bool) -> Option<&str> {
         let mut changes: Vec<bool> = Vec::with_capacity(self.operations.len());

@@ -4,7 +4,8 @@
 //! p_j = e_j(θ, p),   ∂p_j/∂θ_k = Σ_i ∂e_j/∂p_i ∂p_i/∂θ_k        in the order of dependence
 //! key = e(p)         ∂key/∂θ_k = Σ_j ∂e/∂p_j ∂p_j/∂θ_k
 //! ```
-//! `θ`: the parameters that are numbers. Slopes are those of [`ExpressionProgram::gradient`], exact.
+//! `θ`: the parameters that are numbers. Slopes are those of [`ExpressionProgram::gradient`],
+//! exact.
 
 use std::collections::BTreeMap;
 

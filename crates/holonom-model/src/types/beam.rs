@@ -194,6 +194,10 @@ pub struct Beam {
     /// Tension that it has as drawn, N; negative: a compression.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prestress: Option<f64>,
+    /// Radius of the spheres with which its nodes touch planes and bodies in a `[[contact]]`, m;
+    /// that of a section of shape `circle` or `tube` by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
     /// Distribution of its mass.
     #[serde(default)]
     pub mass: BeamMass,

@@ -1,4 +1,4 @@
-//! `[[contact]]`: bodies that touch a plane, or one another.
+//! `[[contact]]`: bodies and nodes of beams that touch a plane, or bodies.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,7 +16,9 @@ pub struct Contact {
     /// What the bodies of `b` touch: a plane, or bodies.
     pub a: ContactSide,
     /// The bodies that touch it: a name or a list of names, in which `*` stands for any characters.
-    /// They touch with their `collision` shapes, without these with their `shape`.
+    /// They touch with their `collision` shapes, without these with their `shape`. A name of a beam
+    /// stands for its nodes, `rope.3`, `rope.end` and `rope.*` for those of them; each touches as a
+    /// sphere with the `radius` of the beam.
     pub b: BodyNames,
     /// The frame of a plane that is fixed in the ground: a body, a node of a beam, a joint or a
     /// `[[frame]]`, as it is initially; the inertial frame by default.

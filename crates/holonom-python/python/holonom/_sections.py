@@ -329,6 +329,7 @@ class Builder(Sections):
         order: Integer | None = None,
         points: Matrix | None = None,
         prestress: Number | None = None,
+        radius: Number | None = None,
         relative_to: Name | None = None,
         section: Mapping[str, Any] | None = None,
         start: Literal["free", "clamped", "pinned"] | None = None,
@@ -377,6 +378,9 @@ class Builder(Sections):
             The corners of its centre line, m: straight legs between them, rigid at the corners.
         prestress : float, optional
             Tension that it has as drawn, N; negative: a compression.
+        radius : float, optional
+            Radius of the spheres with which its nodes touch planes and bodies in a ``[[contact]]``,
+            m; that of a section of shape ``circle`` or ``tube`` by default.
         relative_to : str, optional
             The frame of its points, directions and velocities: a body, a node of a beam, a joint or
             a ``[[frame]]``; the inertial frame by default.
@@ -419,6 +423,7 @@ class Builder(Sections):
             "order": order,
             "points": points,
             "prestress": prestress,
+            "radius": radius,
             "relative_to": relative_to,
             "section": section,
             "start": start,
@@ -1509,7 +1514,8 @@ class Builder(Sections):
         b : str or list of str
             The bodies that touch it: a name or a list of names, in which ``*`` stands for any
             characters. They touch with their ``collision`` shapes, without these with their
-            ``shape``.
+            ``shape``. A name of a beam stands for its nodes, ``rope.3``, ``rope.end`` and
+            ``rope.*`` for those of them; each touches as a sphere with the ``radius`` of the beam.
         friction : float, optional
             Coefficient of friction: sliding, the force across the normal is this part of the normal
             force, against the slip; up to that it holds.

@@ -179,6 +179,7 @@ impl Units {
         beam.curvature.iter_mut().flatten().for_each(|x| *x /= self.length);
         beam.tension.iter_mut().for_each(|x| *x *= force);
         beam.prestress.iter_mut().for_each(|x| *x *= force);
+        beam.radius.iter_mut().for_each(|x| *x *= self.length);
         self.section(&mut beam.section);
         if let Some(Stations::Rows(rows)) = &mut beam.stations {
             for row in rows {

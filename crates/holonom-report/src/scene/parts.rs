@@ -584,6 +584,9 @@ fn section(beam: &holonom_model::Beam) -> (bool, [f64; 2]) {
             OutlineKind::Circle | OutlineKind::Tube => (true, [at(0); 2]),
         };
     }
+    if let Some(radius) = beam.radius {
+        return (true, [radius; 2]);
+    }
     // stated numbers: the rectangle with the ratios EI/EA, but never thinner than can be seen
     let meshes = beam.meshes().unwrap_or_default();
     let length: f64 = meshes.iter().flat_map(|mesh| &mesh.lengths).sum();

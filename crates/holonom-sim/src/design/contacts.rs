@@ -7,8 +7,10 @@
 use super::{LEAVE_OUT, ModelTangent, NumberChain, refused};
 use crate::system::contact_origin::TouchingBodies;
 use crate::system::joint_drive::{bumper, friction};
-use holonom_model::{Contact, FrictionCourse, Limits, ModelError, ShapeKind};
+use holonom_model::{Beam, Contact, FrictionCourse, Limits, ModelError, ShapeKind};
+use nalgebra::Vector3;
 use std::sync::Arc;
+use vi_core::Number;
 use vi_core::num_dual::Dual64;
 use vi_multibody::bumper::Bumper;
 use vi_multibody::contact::compliant_change::CompliantChange;
@@ -153,6 +155,9 @@ impl NumberChain<'_> {
         &self,
         (name, which, own): (&str, usize, &ContactShape),
     ) -> Result<Option<ContactShape<Dual64>>, ModelError> {
+        if let Some(beam) = name.split_once('.').and_then(|(beam, _)| self.stated.beam(beam)) {
+            return Ok(self.node_shape(beam));
+        }
         let body = self.stated.body(name).filter(|_| !matches!(own, ContactShape::Plane { .. }));
         let Some((body, frame)) = body.and_then(|own| Some((own, self.model.frame(name)?))) else {
             return Ok(None);
@@ -190,6 +195,15 @@ impl NumberChain<'_> {
             }
         }
         Ok(None)
+    }
+
+    /// The sphere of a node with its derivative; `None` where it does not change.
+    fn node_shape(&self, beam: &Beam) -> Option<ContactShape<Dual64>> {
+        let of = if beam.radius.is_some() { "radius" } else { "section.shape.dimensions.0" };
+        let key = format!("beam.{}.{of}", beam.name);
+        let radius = beam.touching_radius().filter(|_| self.slopes.touches(&key))?;
+        let center = Vector3::from_element(Dual64::of(0.0));
+        Some(ContactShape::sphere(center, self.slopes.number(&key, radius)))
     }
 
     /// Refuses a plane that is placed by a frame that moves.

@@ -147,7 +147,10 @@ impl Gauge {
                 let bodies = [of, sensor.to.as_deref()?];
                 Self::Contact(ContactGauge::Gap(clearance(bodies, from.names)?))
             }
-            SensorKind::ContactForce => Self::Contact(ContactGauge::force(from.contacts, of)),
+            SensorKind::ContactForce => {
+                let of = from.names.model.member_name(of);
+                Self::Contact(ContactGauge::force(from.contacts, &of))
+            }
             SensorKind::StopForce => Self::Contact(ContactGauge::joint(from.contacts, of, true)?),
             SensorKind::FrictionTorque => {
                 Self::Contact(ContactGauge::joint(from.contacts, of, false)?)

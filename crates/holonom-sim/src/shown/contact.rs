@@ -113,7 +113,7 @@ pub(super) fn of_sensor(asked: Asked<'_>) -> OfNode {
         let by = changes(tangents, |k| read.iter().position(|own| *own == k));
         return Ok(Some(Box::new(Gap { own, by })));
     }
-    let signed = signed(origins, &sensor.of);
+    let signed = signed(origins, &asked.model.member_name(&sensor.of));
     let one = |(k, sign): &(u32, Signs)| Ok((compliant(&origins[*k as usize])?, sign.of(0)));
     let own = signed.iter().map(one).collect::<Result<_, ModelError>>()?;
     let by = changes(tangents, |k| signed.iter().position(|own| own.0 as usize == k));

@@ -51,11 +51,11 @@ pub(crate) fn add_contacts(
 }
 
 /// Adds all pairs of shapes of two bodies, by impulses or compliant.
-fn add_pair<'a>(
+fn add_pair(
     builder: &mut MechanismBuilder,
-    pair: &ContactPair<'a>,
-    names: &Names<'a>,
-    known: &mut KnownShapes<'a>,
+    pair: &ContactPair<'_>,
+    names: &Names<'_>,
+    known: &mut KnownShapes,
     [by_impulses, compliant]: [&mut Vec<ContactOrigin>; 2],
 ) -> Result<(), ModelError> {
     let (contact, a, b) = (&pair.contact.name, pair.a.name(), &pair.b.name);
@@ -101,9 +101,9 @@ const MANY: usize = 64;
 /// The group of the pairs of a contact by impulses, where they are many, and most of those of its
 /// bodies.
 fn group_of<'a>(
-    pairs: &[ContactPair<'a>],
-    names: &Names<'a>,
-    known: &mut KnownShapes<'a>,
+    pairs: &'a [ContactPair<'a>],
+    names: &Names<'_>,
+    known: &mut KnownShapes,
 ) -> Option<TouchingShapes> {
     let contact = pairs.first().filter(|own| own.contact.is_rigid())?.contact;
     if pairs.len() < MANY {
@@ -121,7 +121,7 @@ fn group_of<'a>(
         let SideOfPair::Body(a) = pair.a else { return None };
         add(a);
     }
-    pairs.iter().for_each(|pair| add(pair.b));
+    pairs.iter().for_each(|pair| add(&pair.b));
     let ends = pairs.iter().map(|pair| (places[pair.a.name()], places[pair.b.name.as_str()]));
     let touching: BTreeSet<(usize, usize)> = ends.collect();
     let all = bodies.len() * (bodies.len() - 1) / 2;
@@ -161,16 +161,16 @@ fn compliant_law(contact: &Contact) -> Option<CompliantLaw> {
 }
 
 /// The shapes of both sides of a pair.
-fn shapes_of<'a>(
-    pair: &ContactPair<'a>,
-    names: &Names<'a>,
-    known: &mut KnownShapes<'a>,
+fn shapes_of(
+    pair: &ContactPair<'_>,
+    names: &Names<'_>,
+    known: &mut KnownShapes,
 ) -> [Vec<ContactShape>; 2] {
     let on_a = match pair.a {
         SideOfPair::Plane(plane) => vec![plane.contact_shape(&axes(names, &plane.on))],
         SideOfPair::Body(body) => shapes_of_body(body, names, known),
     };
-    [on_a, shapes_of_body(pair.b, names, known)]
+    [on_a, shapes_of_body(&pair.b, names, known)]
 }
 
 fn law(contact: &Contact) -> ContactLaw {

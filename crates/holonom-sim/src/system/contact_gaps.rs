@@ -41,16 +41,16 @@ pub(super) fn rigid(
 }
 
 /// The shapes of bodies that were asked for.
-pub(super) type KnownShapes<'a> = BTreeMap<&'a str, Vec<ContactShape>>;
+pub(super) type KnownShapes = BTreeMap<String, Vec<ContactShape>>;
 
 /// The shapes with which a body touches.
-pub(super) fn shapes_of_body<'a>(
-    body: &'a Body,
-    names: &Names<'a>,
-    known: &mut KnownShapes<'a>,
+pub(super) fn shapes_of_body(
+    body: &Body,
+    names: &Names<'_>,
+    known: &mut KnownShapes,
 ) -> Vec<ContactShape> {
     let shapes = || names.model.contact_shapes(body, &axes(names, &body.name));
-    known.entry(&body.name).or_insert_with(shapes).clone()
+    known.entry(body.name.clone()).or_insert_with(shapes).clone()
 }
 
 /// The axes along which shapes of a body stand.

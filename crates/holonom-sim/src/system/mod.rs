@@ -105,7 +105,7 @@ pub(crate) fn build_sensing(
         outside,
     };
     builder.description().map_err(refusal)?; // what is wrong with a body is said first
-    let AddedBeams { list, elements, supports } = beams::add(model, &mut builder)?;
+    let AddedBeams { list, mut elements, supports } = beams::add(model, &mut builder)?;
     names.frames = builder.frames().collect();
     for frame in &names.frames {
         names.principal.push(builder.principal_axes(*frame).map_err(refusal)?);
@@ -177,6 +177,9 @@ pub(crate) fn build_sensing(
     forces.forces.extend(held::wrenches(&outside.inputs, &names, &mechanism)?);
     let settings = &model.settings;
     let members = members(model, &mechanism);
+    if model.is_nonsmooth() {
+        elements.whole = settings.step; // nodes at first touches divide steps
+    }
     let parts = Arc::new(elements);
     let (rule, quadrature) = (strain_rule(settings), settings.quadrature.into());
     let work = |force: &String| ForceWork::of(model, force, &mut mechanism, &forces);

@@ -91,7 +91,7 @@ impl Numbers {
         if let Some(rest) = self.rest(by) {
             elements.set_rest(0..1, &rest, drawn);
         }
-        BeamElements { elements, tension: Vec::new() }
+        BeamElements { elements, ..BeamElements::default() }
     }
 }
 

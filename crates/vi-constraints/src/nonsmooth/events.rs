@@ -297,10 +297,16 @@ impl Nonsmooth {
                     run.end.contacts.counts.divided += u64::from(part < h);
                     return Ok(t_end);
                 }
+                Err(StepError::Newton(error))
+                    if run.system.adds_mass() && 0.5 * part >= LEAST * step.h =>
+                {
+                    refused.get_or_insert(error.into()); // an impact that a beam cannot follow
+                    part *= 0.5;
+                }
                 Err(error) if error.may_end() && !self.set.is_empty() => {
                     let refused = refused.get_or_insert(error);
                     part *= 0.5;
-                    if part >= SHORTEST * step.h {
+                    if part >= SHORTEST * step.h && self.may_divide(run, step.h, state)? {
                         continue;
                     }
                     part = h;
@@ -351,7 +357,8 @@ impl Nonsmooth {
             divides = self.set.len() <= MANY
                 && events < MOST_TOUCHES
                 && step.h > REST * whole
-                && self.node.lifts(step.h < whole);
+                && self.node.lifts(step.h < whole)
+                && self.may_divide(run, step.h, state)?;
             let is_exhausted = self.options.method == Method::Events && events > 0 && !divides;
             counts.exhausted += u64::from(is_exhausted);
             if divides {

@@ -7,8 +7,8 @@
 //! bounded    F = Λ − clip(Λ − ρy, ±b)
 //! ```
 //! Source: P. Alart, A. Curnier, CMAME 92 (1991) 353–375. Any `ρ > 0` has the same solutions; in
-//! the units of [`ConeProblem`](super::problem::ConeProblem) one is the natural value. Where the disc is
-//! left, with `ẑ = z/|z|`,
+//! the units of [`ConeProblem`](super::problem::ConeProblem) one is the natural value. Where the
+//! disc is left, with `ẑ = z/|z|`,
 //! ```text
 //! δF_T = δΛ_T − (R/|z|)(I − ẑẑᵀ) δz − ẑ δR,   δz = δΛ_T − ρW_T δΛ,   δR = μ (δΛ_N − ρW_N δΛ) or 0
 //! ```

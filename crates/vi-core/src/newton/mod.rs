@@ -150,11 +150,11 @@ impl Default for NewtonSettings {
 /// The loop with its work vectors.
 ///
 /// ```
-/// use vi_core::newton::{Block, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
+/// use vi_core::newton::{UnknownBlock, BlockKind, Fault, Newton, NewtonProblem, NewtonSettings};
 ///
-/// struct SquareRoot([Block; 1]); // x² = 2
+/// struct SquareRoot([UnknownBlock; 1]); // x² = 2
 /// impl NewtonProblem for SquareRoot {
-///     fn blocks(&self) -> &[Block] { &self.0 }
+///     fn blocks(&self) -> &[UnknownBlock] { &self.0 }
 ///     fn residual(&mut self, x: &[f64], r: &mut [f64]) -> Result<(), Fault> {
 ///         r[0] = x[0] * x[0] - 2.0;
 ///         Ok(())
@@ -164,7 +164,7 @@ impl Default for NewtonSettings {
 ///         Ok(())
 ///     }
 /// }
-/// let block = Block { kind: BlockKind::Position, range: 0..1, floor: 1e-8 };
+/// let block = UnknownBlock { kind: BlockKind::Position, range: 0..1, floor: 1e-8 };
 /// let mut x = [1.0];
 /// Newton::new(1, NewtonSettings::default()).solve(&mut SquareRoot([block]), &mut x)?;
 /// assert!((x[0] - 2.0_f64.sqrt()).abs() < 1e-15);

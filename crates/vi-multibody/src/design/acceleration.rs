@@ -8,10 +8,10 @@
 //! ∂y/∂q = F_qᵀ w − (Σ λ_i D²g_i) w − (Σ ν_i D²g_i) a − γ_qᵀ ν,   ∂y/∂v̂ = F_vᵀ w − γ_vᵀ ν
 //! ∂y/∂θ = w·(F_θ − M_θ a − (Gᵀ)_θ λ) − ν·(γ_θ + G_θ a)
 //! ```
-//! `v̂` is that of [`DifferentiatedVelocity`], which passes `∂y/∂v̂` on. `γ_q` is zero where the second
-//! derivatives of `g` are constant; of constraints along angles, as gears and prescribed motions of
-//! hinges, and of sums of rates it is left out, and they are refused. Of constraints on velocities
-//! `γ = DA[v̂] v̂ − ḃ`, and `∂A_i/∂q` stands for `D²g_i`, transposed in `∂y/∂q`.
+//! `v̂` is that of [`DifferentiatedVelocity`], which passes `∂y/∂v̂` on. `γ_q` is zero where the
+//! second derivatives of `g` are constant; of constraints along angles, as gears and prescribed
+//! motions of hinges, and of sums of rates it is left out, and they are refused. Of constraints on
+//! velocities `γ = DA[v̂] v̂ − ḃ`, and `∂A_i/∂q` stands for `D²g_i`, transposed in `∂y/∂q`.
 //! Redundant constraints: `λ` and `ν` of independent rows.
 #![allow(non_snake_case)] // F, G, M
 

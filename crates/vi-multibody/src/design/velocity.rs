@@ -210,9 +210,10 @@ impl DifferentiatedVelocity {
         Ok(&self.v)
     }
 
-    /// `δv̂` at the node of the last [`DifferentiatedVelocity::find`], shape `n`, where the configuration
-    /// changes by `dq`, the momentum by `dp`, internal variables by `dz`, which is not read where
-    /// steps add nothing to `M`, and one of the parameters at the rate 1 if any does.
+    /// `δv̂` at the node of the last [`DifferentiatedVelocity::find`], shape `n`, where the
+    /// configuration changes by `dq`, the momentum by `dp`, internal variables by `dz`, which is
+    /// not read where steps add nothing to `M`, and one of the parameters at the rate 1 if any
+    /// does.
     ///
     /// # Errors
     /// As of [`DifferentiatedVelocity::find`].
@@ -254,7 +255,8 @@ impl DifferentiatedVelocity {
     }
 
     /// The change of `v̂` where the configuration changes by `dq` and the momentum by `dp`, with
-    /// its second changes along the `of_v` of the last [`DifferentiatedVelocity::pull`], at the same node.
+    /// its second changes along the `of_v` of the last [`DifferentiatedVelocity::pull`], at the
+    /// same node.
     ///
     /// # Errors
     /// As of [`DifferentiatedVelocity::find`].

@@ -2,8 +2,8 @@
 //!
 //! A [`Width`] says how four lanes are computed with: in a wide register of the processor, or one
 //! by one. Every operation acts on the lanes in the same order and without fused multiply-add, so
-//! that the width changes the speed and not a bit. The fourth lane is zero. [`HeldVector`] is what stands
-//! in memory.
+//! that the width changes the speed and not a bit. The fourth lane is zero. [`HeldVector`] is what
+//! stands in memory.
 
 /// `[e(0), e(1), e(2)]`. Not by a closure: that would not be compiled for the width of its caller.
 macro_rules! three {

@@ -23,9 +23,9 @@
 //! `r` counts three rows, every product one; each row but the thread
 //! of a screw is of degree ≤ 2 in `q`. *Rigid by `a`* is
 //! `X = [I −â; 0 I]` ([`TwistTransfer::Rigid`]), *point of `a`* is `X = [I −â; 0 0]`
-//! ([`TwistTransfer::Point`]), a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75); the
-//! pair maps: (76)–(86). The equations of R, C, P and E that the paper gives in its §5 are cited
-//! without a number.
+//! ([`TwistTransfer::Point`]), a column of `S` is a twist `(φ̇, ω)`. Velocity analysis: (71)–(75);
+//! the pair maps: (76)–(86). The equations of R, C, P and E that the paper gives in its §5 are
+//! cited without a number.
 //!
 //! `F_d` takes the increments `u` of the joint and the motion `(Δφ¹, A¹)` of the parent;
 //! `ϱ¹, ϱ², r, c` and all axes on the right are those of `q_n`, and `d²_{I,n+1} = A² d²_{I,n}`

@@ -17,9 +17,9 @@ use vi_core::lanes::Lanes;
 pub(crate) struct UpToApex<M: Store> {
     pub(crate) links: Range<usize>,
     pub(crate) forces: Vec<Screw<M::Held>>, // d  Ã S' of joints of columns, none on trees
-    pub(crate) rotations: Vec<EliminatedRotation<M>>, // of the links, none where loops pass through none
-    unwritten: Vec<usize>,                            // slots of sums that no child writes
-    carried: Sums<M>,                                 // by the link before, of its one child
+    pub(crate) rotations: Vec<EliminatedRotation<M>>, // of links, where loops pass
+    unwritten: Vec<usize>,                  // slots of sums that no child writes
+    carried: Sums<M>,                       // by the link before, of its one child
 }
 
 /// What the elimination of a rotation vector leaves, and of the translation of a free body.

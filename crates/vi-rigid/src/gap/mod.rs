@@ -23,8 +23,8 @@
 //! | box – box | `box_box` | a corner and a face, or two edges |
 //! | cylinder – box, capsule, cylinder; capsule – box | `outline_pairs` | two of their faces, rims, lines, points |
 //!
-//! Closed forms without iteration, but for the closest points of rims. [`ShapePair::active`] names the
-//! features that may touch. The gap of a pair does not depend on which shape is named first.
+//! Closed forms without iteration, but for the closest points of rims. [`ShapePair::active`] names
+//! the features that may touch. The gap of a pair does not depend on which shape is named first.
 
 pub mod cylinder_plane;
 pub mod ellipsoid_plane;

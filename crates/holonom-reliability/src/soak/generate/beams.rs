@@ -81,6 +81,7 @@ fn beam(name: &str, from: [f64; 3], start: End, draw: &mut Draw) -> Beam {
         length: None,
         curvature: None,
         prestress: None,
+        radius: None,
         mass,
         tension: None,
         start,

@@ -40,7 +40,7 @@ pub(crate) struct Terms<'a> {
     inputs: Vec<(Read, String)>, // the time first
     signals: BTreeMap<&'a str, NumberSource>,
     places: BTreeMap<&'a str, usize>, // the first internal variable of each signal
-    parts: BTreeMap<&'a str, Vec<(String, NumberSource)>>, // what signals consist of, as far as known
+    parts: BTreeMap<&'a str, Vec<(String, NumberSource)>>, // parts of signals, as far as known
     states: usize,
     rates: Vec<Option<NumberSource>>,
     start: Vec<f64>,

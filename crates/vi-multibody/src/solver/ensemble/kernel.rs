@@ -53,7 +53,7 @@ pub(super) struct Kernel<T: Register> {
     pub(super) compensation: Vec<T::Lanes>,     // n
     pub(super) balance: Vec<T::Lanes>,          // d  residual of the last balance
     acts_along: bool, // whether anything acts along unknowns of any member
-    added: Vec<Spatial<LanesVector<T::Lanes>>>, // what acts on bodies adds to their blocks, if any does
+    added: Vec<Spatial<LanesVector<T::Lanes>>>, // to the blocks of bodies, by what acts on them
     pub(super) history: LaneHistory<T>,
     end: Vec<T::Lanes>,               // n  q_{n+1} as the step computed it
     next: Vec<T::Lanes>,              // n  q_{n+1} without round-off

@@ -20,7 +20,7 @@ pub(in crate::solver) struct Links<'a> {
     pub(in crate::solver) columns: &'a [ColumnWork<One>], // d  of joints of several columns
     pub(in crate::solver) forces: &'a [Screw<HeldVector>], // d  Ã S'
     pub(in crate::solver) gains: &'a [Gain<One>],         // of the links  G of rotation vectors
-    pub(in crate::solver) rotations: &'a [EliminatedRotation<One>], // of the links, where there are any
+    pub(in crate::solver) rotations: &'a [EliminatedRotation<One>], // of links
 }
 
 impl Links<'_> {
