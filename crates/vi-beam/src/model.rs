@@ -63,14 +63,14 @@ pub struct BeamElements {
 ///
 /// ```
 /// use nalgebra::Vector3;
-/// use vi_beam::{BeamBuilder, BeamElements, FrameRule, Mesh, Section, StrainRule};
+/// use vi_beam::{BeamBuilder, BeamElements, FrameRule, BeamMesh, Section, StrainRule};
 /// use vi_constraints::Constraints;
 /// use vi_multibody::builder::MechanismBuilder;
 /// use vi_multibody::{FrameId, PairKind};
 ///
 /// // a cantilever of eight elements
 /// let rule = FrameRule::Normal(Vector3::z());
-/// let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
+/// let mesh = BeamMesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
 /// let section = Section::new([1e4, 1e4, 1e4, 500.0, 500.0, 500.0], [1.0, 10.0, 10.0, 0.0])?;
 /// let mut builder = MechanismBuilder::new().gravity([0.0, 0.0, -9.81]);
 /// let mut beams = BeamElements::default();
@@ -342,12 +342,12 @@ impl BeamElements {
 ///
 /// ```
 /// use nalgebra::Vector3;
-/// use vi_beam::{BeamModel, FrameRule, Mesh, Section, StrainRule};
+/// use vi_beam::{BeamModel, FrameRule, BeamMesh, Section, StrainRule};
 /// use vi_constraints::Constraints;
 ///
 /// // a cantilever of eight elements
 /// let rule = FrameRule::Normal(Vector3::z());
-/// let mesh = Mesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
+/// let mesh = BeamMesh::straight(Vector3::zeros(), Vector3::x(), 8, rule)?;
 /// let mut model = BeamModel::new(Vector3::new(0.0, 0.0, -9.81));
 /// let section = Section::new([1e4, 1e4, 1e4, 500.0, 500.0, 500.0], [1.0, 10.0, 10.0, 0.0])?;
 /// let beam = model.add_beam("beam", &mesh, section)?;
