@@ -95,7 +95,7 @@ impl Model {
             let ends = |name: &str| name == body.name;
             !body.fixed && !self.joints.iter().any(|own| ends(&own.parent) || ends(&own.child))
         };
-        if !(g > 0.0) || a.fixed == b.fixed || !falls(if a.fixed { b } else { a }) {
+        if g.is_nan() || g <= 0.0 || a.fixed == b.fixed || !falls(if a.fixed { b } else { a }) {
             return None;
         }
         let down = gravity / g;
