@@ -170,6 +170,14 @@ fn text_that_other_programs_read_is_read_with_a_remark() {
             format!("\u{feff} \t<?xml version=\"1.0\"?>\n{robot}"),
             "blanks before the XML declaration",
         ),
+        (
+            format!("\u{feff}\u{feff}<?xml version=\"1.0\"?>\n{robot}"),
+            "blanks before the XML declaration",
+        ),
+        (
+            format!("\n\u{feff}<?xml version=\"1.0\"?>\n{robot}"),
+            "blanks before the XML declaration",
+        ),
     ];
     for (text, words) in &cases {
         let (sum, said) = mass(text);
@@ -177,6 +185,7 @@ fn text_that_other_programs_read_is_read_with_a_remark() {
     }
     let quiet = [
         format!("\n{robot}\n"),
+        format!(" \u{feff}\u{feff}{robot}"),
         format!("<?xml version=\"1.0\"?><!-- a -- b -->{robot}"),
         inside(r#"<x xmlns:s="u"><s:a/></x>"#),
         inside("<gazebo><p v=\"${not} used\"/></gazebo>"),

@@ -180,7 +180,9 @@ struct XmlParser<'a, 'b> {
 impl<'a> XmlParser<'a, '_> {
     fn root(mut self) -> Result<XmlElement> {
         let begin = self.text.strip_prefix('\u{feff}').unwrap_or(self.text);
-        let content = begin.trim_start();
+        // a further mark at the start of the content is dropped by the reader without being counted
+        let is_blank = |c: char| c == '\u{feff}' || c.is_whitespace();
+        let content = begin.trim_start_matches(is_blank);
         let skipped = self.text.len() - content.len();
         let blank = content.len() < begin.len() && content.starts_with("<?xml");
         let mut reader = Reader::from_str(content);
