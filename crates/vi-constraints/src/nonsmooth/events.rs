@@ -13,16 +13,15 @@
 //! impacts with a point of accumulation end. All gaps are looked at after each step: impulses move
 //! bodies that were at rest.
 
-use super::impact_law::ImpactLaw;
 use super::impulses::NodeImpulses;
 use super::node_law::CLOSED;
+use super::options::{Method, NonsmoothOptions};
 use super::record::{ContactImpulse, ContactRecord, NodeRecord, Records};
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, TransverseImpulses, Unilateral};
 use crate::constraints::Constraints;
 use crate::discretization::{Discretization, Step};
 use crate::scheme::{StepError, SubStep};
-use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use vi_core::bracket::Bracket;
 use vi_core::contact_state::ContactId;
@@ -53,42 +52,6 @@ const SHORTEST: f64 = 1.0 / 16.0;
 /// The same where no motion opens a contact: of points that turn in a long step, opposite ones of a
 /// body that has one freedom contradict one another by the square of the rotation.
 const LEAST: f64 = 1.0 / 1024.0;
-
-/// Where nodes are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// At multiples of the step and at first touches.
-    #[default]
-    Events,
-    /// At multiples of the step; at first touches where impulses would gain energy else.
-    Stepping,
-}
-
-/// How steps with contacts are taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct NonsmoothOptions {
-    /// Where nodes are.
-    pub method: Method,
-    /// Most nodes between the ends of a step.
-    pub max_events: u32,
-    /// Whether slip that other forces turn back takes the mean direction over the time of a node,
-    /// for up to twice as many solutions of such a node. Order 2 is not reached by it
-    /// (docs/theory.md, 2.20).
-    pub turning_slip: bool,
-    /// What an impact is.
-    pub impact_law: ImpactLaw,
-    /// Whether it is found which impulses are unique ([`ContactRecord::unique`]), for a dense
-    /// elimination of each island at the first node of a step.
-    pub uniqueness: bool,
-}
-
-impl Default for NonsmoothOptions {
-    fn default() -> Self {
-        let (method, impact_law) = (Method::Events, ImpactLaw::Newton);
-        Self { method, max_events: 12, turning_slip: false, impact_law, uniqueness: false }
-    }
-}
 
 /// Steps of a mechanism with contacts.
 #[derive(Debug)]

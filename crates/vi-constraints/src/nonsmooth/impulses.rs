@@ -3,12 +3,12 @@
 
 use super::active_rows::ActiveRows;
 use super::delassus::Delassus;
-use super::events::NonsmoothOptions;
 use super::holding::Holding;
 use super::impact_law::{ImpactLaw, VelocityProblem};
 use super::islands::Islands;
 use super::node_law::{CLOSED, Contact, Course, Kind, SlipSpeed};
 use super::node_velocity::NodeVelocity;
+use super::options::NonsmoothOptions;
 use super::stepping::Stepping;
 use super::unilateral::{ContactRows, Elements, TransverseImpulses, Unilateral};
 use super::uniqueness::Uniqueness;

@@ -24,6 +24,7 @@
 //! | `guard`, `islands` | restitution that would gain energy is reduced, island by island |
 //! | `uniqueness` | which impulses follow from the motion |
 //! | `events` | a step with nodes at first touches, or with fixed nodes |
+//! | `options` | how steps with contacts are taken |
 //! | `stepping` | what steps are solved with |
 //! | `record` | what happened at the nodes of a step |
 //! | `named` | what contacts remember, for a mechanism with other elements |
@@ -51,6 +52,7 @@ mod mean_direction;
 mod named;
 mod node_law;
 mod node_velocity;
+mod options;
 mod outer_iteration;
 mod record;
 mod response;
@@ -60,9 +62,10 @@ mod uniqueness;
 
 pub(crate) use stepping::Stepping;
 
-pub use events::{Method, Nonsmooth, NonsmoothOptions};
+pub use events::Nonsmooth;
 pub use impact_law::ImpactLaw;
 pub use named::NamedContacts;
+pub use options::{Method, NonsmoothOptions};
 pub use record::{ContactImpulse, ContactRecord, ContactStatus, NodeRecord, Unique};
 pub use unilateral::{ContactLaw, ContactPlace, ContactRows, TransverseImpulses, Unilateral};
 
