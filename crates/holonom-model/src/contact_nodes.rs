@@ -48,7 +48,7 @@ impl Beam {
     }
 
     /// Whether a name of a `[[contact]]` stands for any of its nodes.
-    fn is_any(&self, name: &str) -> bool {
+    pub(crate) fn is_any(&self, name: &str) -> bool {
         self.touching_nodes().any(|node| self.is_named(node, name))
     }
 

@@ -183,7 +183,6 @@ impl Model {
             let inverse: f64 = moving.map(|body| 1.0 / body.mass()).sum();
             let shapes = self.contact_shapes(b, &Matrix3::identity());
             let size = shapes.iter().fold(0.0, |size: f64, own| size.max(own.extent()));
-            let velocity = |body: &Body| if body.fixed { rest } else { body.velocity.into() };
             let apart: Vector3<f64> = velocity(b) - a.map_or(rest, velocity);
             let v = apart.norm().max((2.0 * gravity * size).sqrt());
             let v = if v > 0.0 { v } else { 1.0 };
@@ -269,6 +268,11 @@ impl Model {
         };
         body.contact_shapes().iter().filter_map(own).collect()
     }
+}
+
+/// The velocity of a body at the start, m/s.
+pub(crate) fn velocity(body: &Body) -> Vector3<f64> {
+    if body.fixed { Vector3::zeros() } else { Vector3::from(body.velocity) }
 }
 
 /// How thick a shape is where it is thinnest, m; of planes and meshes `None`.

@@ -13,7 +13,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, Vector3};
 use vi_rigid::gap::ContactShape;
 
-use crate::contact_pairs::{ContactPair, SideOfPair, thickness};
+use crate::contact_pairs::{ContactPair, SideOfPair, thickness, velocity};
 use crate::types::contact::Contact;
 use crate::{Body, Model};
 
@@ -115,8 +115,4 @@ impl Model {
         let thick = shapes.iter().filter_map(|shape| thickness_along(shape, &along));
         (reach, thick.fold(f64::INFINITY, f64::min))
     }
-}
-
-fn velocity(body: &Body) -> Vector3<f64> {
-    if body.fixed { Vector3::zeros() } else { Vector3::from(body.velocity) }
 }

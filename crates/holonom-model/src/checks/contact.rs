@@ -159,13 +159,13 @@ impl Checker<'_> {
             self.report(key, "no body is named".to_owned(), help);
         }
         for name in names.list() {
-            let own = BodyNames::One(name.clone());
             if is_ground(name) {
                 let help = "write a = { plane = { position = [x, y, z], normal = [x, y, z] } }, or the name of a body with fixed = true";
                 self.report(key, format!("`{GROUND}` has no shape"), help);
-            } else if may_be_nodes && !self.model.touching_nodes(&own).is_empty() {
+            } else if may_be_nodes && self.model.beams.iter().any(|beam| beam.is_any(name)) {
                 // a beam, one of its nodes, or some of them
             } else if name.contains('*') {
+                let own = BodyNames::One(name.clone());
                 if !self.model.bodies.iter().any(|body| own.contain(&body.name)) {
                     let message = format!("no body has a name like `{name}`");
                     let help = "`*` stands for any characters: \"*\" for all bodies, \"rope.*\" for all nodes of the beam `rope`";

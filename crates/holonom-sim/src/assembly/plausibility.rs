@@ -287,10 +287,8 @@ fn narrow_limits(model: &Model, mechanism: &Mechanism) -> Vec<String> {
         let limits = joint.stops()?;
         let width = limits.upper? - limits.lower?;
         let place = joints.iter().position(|own| own.name == joint.name)?;
-        let mut rate = 0.0;
         let coordinate = mechanism.known_coordinate(place, limits.freedom)?;
-        coordinate.for_each_slope(&q, |i, slope| rate += slope * v[i]);
-        let way = model.settings.step * rate.abs();
+        let way = model.settings.step * coordinate.rate(&q, &v).abs();
         let unit = if joint.pair().is_angle(limits.freedom) { "rad" } else { "m" };
         (way > width).then(|| {
             format!(

@@ -12,11 +12,12 @@
 use std::io::{self, Write};
 
 use serde::Deserialize;
+use vi_constraints::nonsmooth::Unique;
 
 use super::columns::CONTACT_COLUMNS;
 use super::csv::HEAD;
 use super::rows::{RowBlocks, RowField, quoted};
-use crate::run::contacts::{ContactPhase, ContactSample, UniqueForce};
+use crate::run::contacts::{ContactPhase, ContactSample};
 use crate::sample::Sample;
 use crate::system::contact_origin::{ContactOrigin, FeatureSides, TouchingShapes};
 
@@ -44,7 +45,7 @@ pub struct ContactRow {
     pub slip: f64,
     pub state: ContactPhase,
     #[serde(default)]
-    pub unique: Option<UniqueForce>,
+    pub unique: Option<Unique>,
 }
 
 impl ContactRow {
@@ -111,7 +112,7 @@ impl<W: Write> ContactWriter<W> {
             let across = contact.across();
             let numbers = place.chain(&across).chain([slip]).map(|x| RowField::Number(*x));
             let fields = head.into_iter().chain([feature]).chain(numbers);
-            let unique = unique.map_or("", UniqueForce::name);
+            let unique = unique.map_or("", Unique::name);
             let names = [state.name(), unique].map(RowField::Text);
             self.rows.fields(sample.step, fields.chain(names))?;
         }

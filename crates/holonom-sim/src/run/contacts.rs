@@ -51,38 +51,6 @@ impl ContactPhase {
     }
 }
 
-/// Which part of the force of a contact follows from the motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum UniqueForce {
-    /// All of it.
-    All,
-    /// That along the normal.
-    Normal,
-    /// None: sums alone do.
-    No,
-}
-
-impl UniqueForce {
-    /// In files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::Normal => "normal",
-            Self::No => "no",
-        }
-    }
-
-    fn of(unique: Unique) -> Self {
-        match unique {
-            Unique::All => Self::All,
-            Unique::Normal => Self::Normal,
-            Unique::No => Self::No,
-        }
-    }
-}
-
 /// A contact that transmits an impulse at a node: of two shapes, of a joint with a stop or with dry
 /// friction.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -105,7 +73,7 @@ pub struct ContactSample {
     pub state: ContactPhase,
     /// Which part of the force is unique; `None` where that is not known, or not asked for.
     #[serde(default)]
-    pub unique: Option<UniqueForce>,
+    pub unique: Option<Unique>,
 }
 
 impl ContactSample {
@@ -228,7 +196,7 @@ impl ContactWatch {
                 force: contact.impulse.map(|impulse| impulse / time),
                 slip: libm::hypot(contact.slip[0], contact.slip[1]),
                 state,
-                unique: contact.unique.map(UniqueForce::of),
+                unique: contact.unique,
             });
         }
     }
@@ -353,7 +321,7 @@ fn compliant_samples<'a>(
             force: [normal, first, second].map(|axis| axis.dot(&own.force)),
             slip: own.slip,
             state: if own.slip > creep { ContactPhase::Slip } else { ContactPhase::Stick },
-            unique: Some(UniqueForce::All), // it follows from the overlap
+            unique: Some(Unique::All), // it follows from the overlap
         }
     })
 }

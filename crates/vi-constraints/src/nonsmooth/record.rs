@@ -1,6 +1,7 @@
 //! What happened at the nodes of a step.
 
 use super::unilateral::ContactPlace;
+use serde::{Deserialize, Serialize};
 use vi_core::contact_state::ContactId;
 
 /// What a contact does at a node.
@@ -17,14 +18,27 @@ pub enum ContactStatus {
 }
 
 /// Which part of the impulse of a contact follows from the motion; the rest is one choice of many.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Unique {
     /// All of it.
     All,
     /// That along the normal.
     Normal,
-    /// None.
+    /// None: sums alone do.
     No,
+}
+
+impl Unique {
+    /// In files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Normal => "normal",
+            Self::No => "no",
+        }
+    }
 }
 
 /// A contact at a node.

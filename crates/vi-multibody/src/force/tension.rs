@@ -176,9 +176,9 @@ mod tests {
     use super::*;
 
     /// `T = 3 l² + 0.7 l l̇ + sin t`.
-    struct Curved;
+    struct CurvedTension;
 
-    impl JointLaw for Curved {
+    impl JointLaw for CurvedTension {
         fn effort(&self, t: f64, l: f64, rate: f64) -> f64 {
             3.0 * l * l + 0.7 * l * rate + libm::sin(t)
         }
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn derivatives_against_central_differences() {
         let between = Form::point(0, &Vector3::new(0.3, -0.2, 0.1)).minus(&Form::particle(12, 3));
-        let force = Tension { between, law: Arc::new(Curved) };
+        let force = Tension { between, law: Arc::new(CurvedTension) };
         let q = [0.1, 0.2, -0.3, 0.9, 0.1, 0.0, -0.1, 0.8, 0.3, 0.2, 0.1, 1.0, 1.1, -0.7, 0.4];
         let v: Vec<f64> = (0..15).map(|i| 0.1 * f64::from(i) - 0.5).collect();
         let (t, e) = (0.4, 1e-6);

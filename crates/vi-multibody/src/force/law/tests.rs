@@ -9,19 +9,19 @@ use std::sync::Arc;
 use vi_testkit::{bend_error, slope_error};
 
 /// Quadratic in inputs and states, of any number of efforts and rates.
-struct Curved {
+struct CurvedForce {
     efforts: usize,
     inputs: usize,
     states: usize,
 }
 
-impl Curved {
+impl CurvedForce {
     fn coefficient(k: usize, i: usize) -> f64 {
         0.3 + 0.1 * ((3 * k + 5 * i) % 7) as f64
     }
 }
 
-impl Law for Curved {
+impl Law for CurvedForce {
     fn efforts(&self) -> usize {
         self.efforts
     }
@@ -106,7 +106,7 @@ fn built(states: usize) -> BuiltMechanism {
     for on in targets {
         let on_member = matches!(on, ActOn::Member { .. } | ActOn::Relative { .. });
         let efforts = if on_member { 6 } else { 1 };
-        let law = Arc::new(Curved { efforts, inputs: reads.len(), states });
+        let law = Arc::new(CurvedForce { efforts, inputs: reads.len(), states });
         builder.law(on, reads.clone(), (0..states).rev().collect(), law);
     }
     builder.build().expect("a mechanism")
@@ -199,7 +199,7 @@ fn states_follow_the_midpoint_rule() {
     let q0 = built.mechanism.initial_configuration();
     let mut s = Interval::between(0.4, 0.1, &q0, &moved(&q0, 0.3));
     s.internal = vec![0.4, -0.3, 0.2];
-    let curved = Curved { efforts: 1, inputs: 16, states: 2 };
+    let curved = CurvedForce { efforts: 1, inputs: 16, states: 2 };
     let held = [0.4, -0.3, 0.2];
     let y: Vec<f64> = law.reading.inputs.iter().map(|input| input.in_step(&s, &held)).collect();
     law.reading.with_values_in_step(&s, |work| {
