@@ -96,6 +96,7 @@ mod model {
     mod contact_benchmarks;
     mod contact_energy;
     mod contact_laws;
+    mod contact_motion;
     mod contact_nodes;
     mod contact_wiring;
     mod contacts;

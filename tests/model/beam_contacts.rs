@@ -2,10 +2,10 @@
 //! energy, momentum, rest, what is refused.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::benchmark::{model, samples};
+use super::contact_motion::ContactMotion;
+use crate::benchmark::model;
 use crate::harness::case::distance;
 use crate::harness::models::shipped;
-use holonom::experiment::RunnableModel;
 use holonom::{Model, ModelError, Sample, Simulation};
 use vi_testkit::model::{beam, changed, head, heavy, part, sensor};
 
@@ -29,38 +29,6 @@ fn floor(of: &str, keys: &str) -> String {
     part("contact", "floor") + &format!("a = {{ plane = {{}} }}\nb = {of:?}\n{keys}\n")
 }
 
-/// A motion with its energies and sensors.
-struct Motion {
-    samples: Vec<Sample>,
-    energies: Vec<f64>,
-    smallest_gap: f64,
-}
-
-impl Motion {
-    fn of(text: &str) -> Self {
-        let mut simulation = Simulation::new(&model(text, &[])).unwrap();
-        let total = simulation.energy_columns().iter().position(|own| own == "total").unwrap();
-        let samples = samples(&mut simulation);
-        let energies = samples.iter().map(|own| own.energies[total]).collect();
-        let smallest_gap = simulation.contact_counts().unwrap().smallest_gap.unwrap_or(0.0);
-        Self { samples, energies, smallest_gap }
-    }
-
-    fn last(&self) -> &Sample {
-        self.samples.last().unwrap()
-    }
-
-    /// The largest rise of the energy above a value that it had before, J.
-    fn rise(&self) -> f64 {
-        let mut least = f64::INFINITY;
-        let rises = self.energies.iter().map(|own| {
-            least = least.min(*own);
-            own - least
-        });
-        rises.fold(0.0, f64::max)
-    }
-}
-
 /// The tip of a cantilever rests on a plane: the reaction of a propped beam of Timoshenko,
 /// `R = q L (L²/8EI + 1/2kGA)/(L²/3EI + 1/kGA)`, nearly `3/8 q L`.
 #[test]
@@ -80,7 +48,7 @@ fn a_propped_cantilever_presses_with_the_force_of_its_closed_form() {
                 + &round(radius, ", damping = 0.02")
                 + &floor(tip, "")
                 + &sensor("force", "contact_force", "beam.end");
-            let motion = Motion::of(&text);
+            let motion = ContactMotion::of(&text);
             let force = &motion.last().sensors;
             println!("{method}: {force:?} N of {expected} N, gap {:e} m", motion.smallest_gap);
             assert!((force[2] / expected - 1.0).abs() < 2e-5, "{force:?} {expected}");
@@ -107,7 +75,7 @@ fn a_rod_that_slides_rolls_with_two_thirds_of_its_velocity() {
             + &floor("rod", &format!("friction = {friction}"))
             + &sensor("at", "position", "rod.1")
             + &sensor("rate", "angular_velocity", "rod.1");
-        let motion = Motion::of(&text);
+        let motion = ContactMotion::of(&text);
         let found = &motion.last().sensors;
         let (rate, expected) = (found[4], 2.0 / 3.0 * v / radius);
         println!("{method}: {found:?}, {way} m and {expected} rad/s are expected");
@@ -128,7 +96,7 @@ fn a_rope_that_falls_lies_still() {
             + "normal = [0.0, 1.0, 0.0]\n"
             + ROPE
             + &floor("rope.*", "friction = 0.3");
-        let motion = Motion::of(&text);
+        let motion = ContactMotion::of(&text);
         let (first, rise) = (motion.energies[0], motion.rise());
         let late = &motion.samples[motion.samples.len() - 100];
         let places = |of: &Sample| -> Vec<f64> {
@@ -157,7 +125,7 @@ fn a_damped_rope_comes_to_rest() {
             + "normal = [0.0, 1.0, 0.0]\n"
             + &damped
             + &floor("rope", "friction = 0.3");
-        let motion = Motion::of(&text);
+        let motion = ContactMotion::of(&text);
         let late = &motion.samples[motion.samples.len() - 50];
         let moved = distance(&late.q, &motion.last().q);
         println!("{method}: rises by {:e} J, moves {moved:e} in 0.2 s", motion.rise());
@@ -182,7 +150,7 @@ fn momentum_passes_from_a_beam_to_a_body() {
             + &sensor("force", "contact_force", "box")
             + &sensor("box", "velocity", "box");
         let text = changed(&text, "\"box\"\ntype = \"velocity\"", "\"speed\"\ntype = \"velocity\"");
-        let motion = Motion::of(&text);
+        let motion = ContactMotion::of(&text);
         let [first, last] = [&motion.samples[0], motion.last()].map(|own| own.momentum);
         let linear = distance(&first.linear, &last.linear);
         let angular = distance(&first.angular, &last.angular);
@@ -213,7 +181,7 @@ fn a_beam_on_a_hinge_gains_nothing_from_its_stop() {
                         [0.0, 1.0, 0.0],
                     )
                     + &format!("limits = {{ upper = 0.7, restitution = {restitution:?} }}\n");
-                let motion = Motion::of(&text);
+                let motion = ContactMotion::of(&text);
                 let most = motion.energies.iter().copied().fold(0.0, f64::max);
                 let (rise, gap) = (motion.rise(), motion.smallest_gap);
                 println!("{method} {restitution} {step}: {most:e} J, rises {rise:e} J, {gap:e}");
@@ -242,7 +210,7 @@ fn dry_friction_holds_a_beam_on_its_hinge() {
             )
             + "friction = { torque = 0.06 }\n"
             + &sensor("angle", "joint_coordinate", "hinge");
-        let motion = Motion::of(&text);
+        let motion = ContactMotion::of(&text);
         let angle = |k: usize| motion.samples[k].sensors[0];
         let count = motion.samples.len();
         let (last, before) = (angle(count - 1), angle(count - 200));
@@ -268,7 +236,7 @@ fn a_flexible_slider_crank_hits_its_stop() {
                     "[simulation]\nstep = 2e-3\nend = 0.5\ncontact = \"{method}\"\n\
                      project_start = true\n"
                 );
-            let motion = Motion::of(&text);
+            let motion = ContactMotion::of(&text);
             let (first, last) = (motion.energies[0], *motion.energies.last().unwrap());
             let most = motion.energies.iter().copied().fold(0.0, f64::max);
             let gap = motion.smallest_gap;

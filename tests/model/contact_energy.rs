@@ -2,8 +2,8 @@
 //! left from rest, and impacts beside it meet it at rest.
 #![allow(clippy::unwrap_used)] // a test
 
-use crate::benchmark::{model, samples};
-use holonom::experiment::RunnableModel;
+use super::contact_motion::ContactMotion;
+use crate::benchmark::model;
 use holonom::{Sample, Simulation};
 use vi_testkit::model::{AXES, along, body_at, heavy, hinge, part};
 
@@ -28,32 +28,15 @@ fn bouncing() -> String {
     ball("bouncing", 5.0, 0.8) + &floor("bouncing", "restitution = 1.0")
 }
 
-/// A motion with its energies.
-struct Motion {
-    samples: Vec<Sample>,
-    energies: Vec<f64>,
-    impacts: u64,
+/// A motion of these parts.
+fn moving(settings: &str, parts: &str) -> ContactMotion {
+    ContactMotion::of(&(heavy("contact", DOWN, settings) + parts))
 }
 
-impl Motion {
-    fn of(settings: &str, parts: &str) -> Self {
-        let text = heavy("contact", DOWN, settings) + parts;
-        let mut simulation = Simulation::new(&model(&text, &[])).unwrap();
-        let total = simulation.energy_columns().iter().position(|own| own == "total").unwrap();
-        let samples = samples(&mut simulation);
-        let energies = samples.iter().map(|own| own.energies[total]).collect();
-        let impacts = simulation.contact_counts().unwrap().impacts;
-        Self { samples, energies, impacts }
-    }
-
-    /// The largest rise of the energy above a value that it had before, in parts of the first one.
-    fn rise(&self) -> f64 {
-        let mut least = f64::INFINITY;
-        let rises = self.energies.iter().map(|own| {
-            least = least.min(*own);
-            own - least
-        });
-        rises.fold(0.0, f64::max) / self.energies[0]
+impl ContactMotion {
+    /// The largest rise of the energy in parts of the first one.
+    fn relative_rise(&self) -> f64 {
+        self.rise() / self.energies[0]
     }
 
     /// The largest loss likewise.
@@ -81,8 +64,8 @@ fn a_ball_at_rest_is_not_hit_where_another_one_divides_its_step() {
                 let keys = format!("restitution = {restitution}\nfriction = {friction}");
                 let parts = ball("resting", 0.0, 0.1) + &floor("resting", &keys) + &bouncing();
                 let settings = format!("step = 0.005, end = 20.0, contact = \"{method}\"");
-                let motion = Motion::of(&settings, &parts);
-                let (rise, moves) = (motion.rise(), motion.moves(&[2]));
+                let motion = moving(&settings, &parts);
+                let (rise, moves) = (motion.relative_rise(), motion.moves(&[2]));
                 println!(
                     "{method}, e = {restitution}, μ = {friction}: rises by {rise:.1e}, moves by \
                      {moves:.1e} m, {} impacts",
@@ -118,8 +101,8 @@ fn what_is_held_stays_beside_a_ball_that_bounces() {
     for (name, parts, coordinates) in
         [("box", block, &[0, 1, 2][..]), ("stack", stack, &[2, 14]), ("stop", stop, &[0, 2])]
     {
-        let motion = Motion::of("step = 0.005, end = 10.0", &(parts + &bouncing()));
-        let (rise, moves) = (motion.rise(), motion.moves(coordinates));
+        let motion = moving("step = 0.005, end = 10.0", &(parts + &bouncing()));
+        let (rise, moves) = (motion.relative_rise(), motion.moves(coordinates));
         println!("{name}: rises by {rise:.1e}, moves by {moves:.1e} m, {} impacts", motion.impacts);
         assert!(rise < 1e-13 && motion.loss() < 1e-13, "{name}: {rise:e} {:e}", motion.loss());
         assert!(moves < 1e-14 && motion.impacts < 40, "{name}: {moves:e} {}", motion.impacts);
@@ -139,8 +122,8 @@ fn what_rests_is_hit_at_rest() {
                 + "a = \"low\"\nb = \"high\"\nrestitution = 1.0\n"
                 + &beside;
             let settings = format!("step = 0.005, end = 10.0, impact = \"{impact}\"");
-            let motion = Motion::of(&settings, &parts);
-            let (rise, loss) = (motion.rise(), motion.loss());
+            let motion = moving(&settings, &parts);
+            let (rise, loss) = (motion.relative_rise(), motion.loss());
             println!(
                 "{impact}: rises by {rise:.1e}, falls by {loss:.1e}, {} impacts",
                 motion.impacts
@@ -169,8 +152,8 @@ fn what_a_spring_lifts_leaves_from_rest() {
                 + &format!("spring = {{ stiffness = {stiffness} }}\n")
                 + &floor("low", &format!("restitution = {restitution}"));
             let settings = format!("step = 0.002, end = 2.0, contact = \"{method}\"");
-            let motion = Motion::of(&settings, &parts);
-            let (rise, loss) = (motion.rise(), motion.loss());
+            let motion = moving(&settings, &parts);
+            let (rise, loss) = (motion.relative_rise(), motion.loss());
             println!(
                 "k = {stiffness}, e = {restitution}, {method}: rises by {rise:.1e}, falls by {loss:.1e}"
             );
@@ -207,7 +190,7 @@ fn what_a_stiff_spring_carries_gains_nothing_from_touches() {
                 let settings = format!("step = 0.002, end = 4.0, contact = \"{method}\"");
                 // rods that turn have energies to the second order of the step
                 for (name, parts, most) in [("carried", carried, 1e-11), ("rods", rods, 5e-4)] {
-                    let rise = Motion::of(&settings, &parts).rise();
+                    let rise = moving(&settings, &parts).relative_rise();
                     println!("{name}, k = {stiffness}, e = {restitution}, {method}: {rise:.1e}");
                     assert!(rise < most, "{name} {stiffness} {restitution} {method}: {rise:e}");
                 }
@@ -223,7 +206,7 @@ fn what_a_load_lifts_leaves_from_rest() {
         + &floor("ball", "restitution = 0.5\nfriction = 0.3")
         + &part("load", "rope")
         + "body = \"ball\"\nforce = [0.0, 0.0, 30.0]\nhistory = \"select(t - 0.1, 1, 0)\"\n";
-    let motion = Motion::of("step = 0.01, end = 0.5", &parts);
+    let motion = moving("step = 0.01, end = 0.5", &parts);
     let off = motion.samples.iter().map(|own| {
         let t = (own.t - 0.1).max(0.0);
         (own.q[2] - 0.1 - 0.5 * (30.0 - 9.81) * t * t).abs()
@@ -245,10 +228,14 @@ fn what_slides_is_hit_as_it_slides() {
     let pair = part("contact", "pair") + "a = \"box\"\nb = \"ball\"\nrestitution = 0.8\n";
     for method in ["events", "stepping"] {
         let settings = format!("step = 0.002, end = 2.0, contact = \"{method}\"");
-        let motion = Motion::of(&settings, &(block.clone() + &drop(-0.2) + &pair));
+        let motion = moving(&settings, &(block.clone() + &drop(-0.2) + &pair));
         let last = motion.samples.last().unwrap();
-        println!("{method}: rises by {:.1e}, {} impacts", motion.rise(), motion.impacts);
-        assert!(motion.rise() < 1e-13 && motion.impacts > 3, "{:e}", motion.rise());
+        println!("{method}: rises by {:.1e}, {} impacts", motion.relative_rise(), motion.impacts);
+        assert!(
+            motion.relative_rise() < 1e-13 && motion.impacts > 3,
+            "{:e}",
+            motion.relative_rise()
+        );
         assert!((last.q[2] - 0.1).abs() < 1e-12, "{}", last.q[2]);
     }
 }
@@ -268,10 +255,17 @@ fn what_an_impact_lifts_leaves_from_rest() {
             + &ball("ball", 0.5, 0.6)
             + &part("contact", "pair")
             + &format!("a = \"plank\"\nb = \"ball\"\nrestitution = {restitution}\n");
-        let motion = Motion::of("step = 0.001, end = 1.0", &parts);
+        let motion = moving("step = 0.001, end = 1.0", &parts);
         let lifted = motion.samples.iter().map(|own| own.q[2]).fold(0.0, f64::max) - 0.1;
-        println!("e = {restitution}: rises by {:.1e}, lifted by {lifted:.3} m", motion.rise());
-        assert!(motion.rise() < 1e-5 && lifted > 1e-2, "{restitution}: {:e}", motion.rise());
+        println!(
+            "e = {restitution}: rises by {:.1e}, lifted by {lifted:.3} m",
+            motion.relative_rise()
+        );
+        assert!(
+            motion.relative_rise() < 1e-5 && lifted > 1e-2,
+            "{restitution}: {:e}",
+            motion.relative_rise()
+        );
     }
 }
 
